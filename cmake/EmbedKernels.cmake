@@ -1,0 +1,11 @@
+# Writes OUTPUT, a C++ header with the text of every file in KERNELS: cmake -DOUTPUT=... -DKERNELS="a.cl;b.h" -P this.
+set(content "// Generated from kernels/. Do not edit.\n#pragma once\n\nnamespace pcl_gpu_icp::opencl {\n\n")
+string(APPEND content "struct EmbeddedKernel {\n  const char* file;\n  const char* text;\n};\n\n")
+string(APPEND content "inline constexpr EmbeddedKernel embedded_kernels[] = {\n")
+foreach(kernel IN LISTS KERNELS)
+  get_filename_component(name "${kernel}" NAME)
+  file(READ "${kernel}" text)
+  string(APPEND content "{\"${name}\", R\"KERNEL(${text})KERNEL\"},\n")
+endforeach()
+string(APPEND content "};\n\n} // namespace pcl_gpu_icp::opencl\n")
+file(WRITE "${OUTPUT}" "${content}")

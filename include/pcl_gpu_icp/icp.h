@@ -1,0 +1,87 @@
+#pragma once
+
+#include <pcl_gpu_icp/device.h>
+#include <pcl_gpu_icp/result.h>
+#include <pcl_gpu_icp/rigid_estimator.h>
+#include <pcl_gpu_icp/search/nearest_kdtree.h>
+#include <pcl_gpu_icp/transformation_estimation_svd.h>
+
+#include <pcl/registration/icp.h>
+
+#include <functional>
+#include <memory>
+#include <optional>
+
+namespace pcl_gpu_icp {
+
+/// pcl::IterativeClosestPoint whose rigid estimation runs on an OpenCL device and whose KD-tree is built once per
+/// target and queried from several host threads. Change the namespace and nothing else: guess, indices, rejectors,
+/// reciprocal correspondences, custom estimators, search methods and point representations, convergence criteria, the
+/// visualiser callback and getFitnessScore() keep PCL's meaning.
+///
+/// Where it differs from pcl::IterativeClosestPoint 1.12-1.15, it is to keep PCL's documented behaviour:
+/// - non-finite points never take part, whatever is_dense says;
+/// - setIndices() is honoured: only those source points are matched, and the output holds just them;
+/// - the source is transformed from the original by the accumulated transform, so rounding does not drift;
+/// - the convergence criteria start afresh in every align();
+/// - an align() that cannot start leaves hasConverged() false and the final transformation at the identity.
+///
+/// Errors: what ends an alignment is reported through PCL_ERROR; hasConverged() is false, the final transformation is
+/// the guess, and getResult() has the cause. align() does not throw.
+template <typename PointSource, typename PointTarget, typename Scalar = float>
+class IterativeClosestPoint : public pcl::IterativeClosestPoint<PointSource, PointTarget, Scalar> {
+  using Base = pcl::IterativeClosestPoint<PointSource, PointTarget, Scalar>;
+
+public:
+  using Ptr = pcl::shared_ptr<IterativeClosestPoint>;
+  using ConstPtr = pcl::shared_ptr<const IterativeClosestPoint>;
+  using typename Base::Matrix4;
+  using typename Base::PointCloudSource;
+  using typename Base::PointCloudTarget;
+
+  IterativeClosestPoint();
+  ~IterativeClosestPoint() override = default;
+
+  /// The device that the stages run on; by default Device::select(), when align() first needs it.
+  void setDevice(const Device& device);
+
+  /// Pipeline::Fused by default.
+  void setPipeline(Pipeline pipeline);
+  Pipeline getPipeline() const { return pipeline_; }
+
+  /// What finds the correspondences: CorrespondenceSearch::PclKdTree, also the default.
+  void setCorrespondenceSearch(CorrespondenceSearch search) { search_ = search; }
+  CorrespondenceSearch getCorrespondenceSearch() const { return search_; }
+
+  /// Host threads that query the search method; 0, the default, means all cores. A search method set by the caller
+  /// must then allow concurrent const queries, as those of PCL do.
+  void setNumberOfThreads(unsigned int threads) { threads_ = threads; }
+  unsigned int getNumberOfThreads() const;
+
+  /// Called after each iteration with its number (from 1) and the root mean square distance of its correspondences
+  /// before its increment. For progress displays; the visualiser callback of PCL is served as well.
+  void setIterationCallback(std::function<void(int iteration, double rmse)> callback)
+  {
+    iteration_callback_ = std::move(callback);
+  }
+
+  /// As in pcl::Registration; also clears what an earlier align() left when this one cannot start.
+  void align(PointCloudSource& output);
+  void align(PointCloudSource& output, const Matrix4& guess);
+
+  /// Mean squared distance from the transformed source points (those of setIndices()) to their nearest target points,
+  /// over the points whose squared distance is at most `max_range`; the largest double when there is none. As
+  /// pcl::Registration::getFitnessScore, from several threads.
+  double getFitnessScore(double max_range = std::numeric_limits<double>::max());
+  using Base::getFitnessScore;
+
+  /// What the last align() did.
+  const AlignmentResult& getResult() const { return result_; }
+
+protected:
+  void computeTransformation(PointCloudSource& output, const Matrix4& guess) override;
+};
+
+} // namespace pcl_gpu_icp
+
+#include <pcl_gpu_icp/impl/icp.hpp>

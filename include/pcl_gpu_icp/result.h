@@ -1,0 +1,109 @@
+#pragma once
+
+#include <pcl_gpu_icp/device.h>
+
+#include <array>
+#include <cstddef>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace pcl_gpu_icp {
+
+/// How the five stages run on the device.
+enum class Pipeline {
+  Staged, ///< five operations one after another, pairwise sums level by level; every stage can be read back
+  Fused,  ///< one pass over the pairs and one small kernel: same answer, least traffic
+};
+
+/// What finds the correspondences.
+enum class CorrespondenceSearch {
+  PclKdTree, ///< PCL's KD-tree on the host, or the search method that the caller set
+};
+
+/// What the device sums in and solves with. Coordinates are float32 about a pivot in both.
+enum class Precision { Float, Double };
+
+/// What the pairs leave undetermined.
+enum class Degeneracy {
+  None,
+  Line,  ///< all pairs on one line: the rotation about it is left as it was
+  Point, ///< all pairs at one point: only the translation is determined
+  Empty, ///< no pairs: the identity
+};
+
+/// Why an alignment ended. The names follow pcl::registration::DefaultConvergenceCriteria.
+enum class Reason {
+  NotRun,
+  Iterations,             ///< the iteration limit was reached (counts as converged, as in PCL)
+  Transform,              ///< the last increment was below the transformation epsilons
+  AbsoluteMse,            ///< the mean squared distance changed by less than the absolute threshold
+  RelativeMse,            ///< the mean squared distance changed by less than the fitness epsilon
+  NoCorrespondences,      ///< fewer correspondences than PCL's minimum
+  FailureAfterIterations, ///< the iteration limit was reached and the caller's criteria count that as failure
+  Error,                  ///< an exception ended it: see AlignmentResult::message
+};
+
+PCL_GPU_ICP_API const char* toString(Pipeline pipeline);
+PCL_GPU_ICP_API const char* toString(CorrespondenceSearch search);
+PCL_GPU_ICP_API const char* toString(Precision precision);
+PCL_GPU_ICP_API const char* toString(Degeneracy degeneracy);
+PCL_GPU_ICP_API const char* toString(Reason reason);
+
+/// The work-items a stage asks the device for: n at first, then what each level of its reduction still needs.
+struct StageRequest {
+  std::string stage;
+  std::vector<std::size_t> work_items;
+};
+
+/// The requests of the five stages for n pairs: n, n, n, 27, 27 and their reductions.
+PCL_GPU_ICP_API std::vector<StageRequest> stageRequests(std::size_t pairs);
+
+/// What the stages computed, matrices row-major. Coordinates are about the two pivots given, so that they keep their
+/// digits far from the origin.
+struct StageValues {
+  std::array<double, 3> source_pivot{};
+  std::array<double, 3> target_pivot{};
+  std::array<double, 3> source_centroid{}; ///< about source_pivot
+  std::array<double, 3> target_centroid{}; ///< about target_pivot
+  std::array<double, 9> H{};               ///< cross-covariance, sum of p' q'^T
+  std::array<double, 9> U{};
+  std::array<double, 3> S{}; ///< singular values, largest first
+  std::array<double, 9> V{};
+  std::array<double, 9> R{};
+  std::array<double, 3> t{}; ///< maps source about source_pivot to target about target_pivot
+};
+
+/// Time in milliseconds and number of commands, by stage or transfer.
+struct StageTime {
+  double milliseconds = 0;
+  unsigned count = 0;
+};
+using StageTimes = std::map<std::string, StageTime>;
+
+/// What one align() did.
+struct AlignmentResult {
+  bool converged = false;
+  Reason reason = Reason::NotRun;
+  std::string message; ///< the cause, when reason is Error
+  int iterations = 0;
+  std::size_t inliers = 0; ///< correspondences of the last iteration, after rejection
+  double rmse_before = 0;  ///< root mean square distance of the first iteration's correspondences at the guess
+  double rmse = 0;         ///< the same of the last iteration's correspondences at the final transformation
+  Degeneracy degeneracy = Degeneracy::None;
+  std::size_t source_points = 0;  ///< source points that took part
+  std::size_t source_dropped = 0; ///< source points that are not finite
+  std::size_t target_points = 0;  ///< distinct target points that took part; coincident ones count once
+  std::size_t target_dropped = 0; ///< target points that are not finite or repeat another
+
+  DeviceInfo device;
+  Pipeline pipeline = Pipeline::Fused;
+  Precision precision = Precision::Float;
+  CorrespondenceSearch search = CorrespondenceSearch::PclKdTree;
+  unsigned threads = 1;               ///< host threads that searched
+  std::vector<StageRequest> requests; ///< of the last iteration
+  StageTimes device_times;            ///< per stage and transfer, from the device's event timers
+  StageTimes host_times;              ///< "tree", "search", "start" (device and kernels), "total"
+};
+
+} // namespace pcl_gpu_icp

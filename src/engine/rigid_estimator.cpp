@@ -1,0 +1,283 @@
+#include <pcl_gpu_icp/rigid_estimator.h>
+
+#include "estimator_internals.h"
+#include "kernels/layout.h"
+#include "stages/centroid.h"
+#include "stages/cross_covariance.h"
+#include "stages/demean.h"
+#include "stages/fused.h"
+#include "stages/gather.h"
+#include "stages/launch.h"
+#include "stages/pack.h"
+#include "stages/rigid_transform.h"
+#include "stages/svd.h"
+
+#include <pcl_gpu_icp/error.h>
+
+#include <algorithm>
+#include <limits>
+
+namespace pcl_gpu_icp {
+
+namespace {
+
+Precision available(Precision wanted, const opencl::Traits& traits)
+{
+  return traits.fp64 ? wanted : Precision::Float;
+}
+
+Degeneracy degeneracyOf(int rank)
+{
+  return rank >= 2 ? Degeneracy::None : rank == 1 ? Degeneracy::Line : Degeneracy::Point;
+}
+
+/// One step of Newton's iteration for the nearest rotation (Higham 1986): from float32's orthonormality to double's.
+std::array<double, 9> orthonormal(const std::array<double, 9>& r)
+{
+  std::array<double, 9> result{};
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) {
+      double correction = 0;
+      for (int k = 0; k < 3; ++k)
+        for (int l = 0; l < 3; ++l)
+          correction += r[3 * i + k] * r[3 * l + k] * r[3 * l + j];
+      result[3 * i + j] = 1.5 * r[3 * i + j] - 0.5 * correction;
+    }
+  return result;
+}
+
+void checkCount(std::size_t count)
+{
+  if (count > std::size_t(std::numeric_limits<std::int32_t>::max()))
+    throw InvalidArgument("clouds of more than 2^31 - 1 points cannot be indexed");
+}
+
+} // namespace
+
+struct RigidEstimator::Implementation {
+  Implementation(const Device& device,
+                 const opencl::Traits& traits,
+                 Pipeline wanted_pipeline,
+                 Precision wanted_precision)
+  : pipeline(wanted_pipeline)
+  , precision(available(wanted_precision, traits))
+  , queue(device, traits, stages::buildOptions(traits, precision))
+  {
+  }
+
+  std::size_t realBytes() const { return precision == Precision::Double ? sizeof(double) : sizeof(float); }
+
+  Estimate solve()
+  {
+    Estimate estimate;
+    estimate.pairs = pairs.count;
+    if (pairs.count == 0) {
+      estimate.degeneracy = Degeneracy::Empty;
+      return estimate;
+    }
+    queue.reserve(solution,
+                  precision == Precision::Double ? sizeof(RigidSolution<double>) : sizeof(RigidSolution<float>));
+    if (pipeline == Pipeline::Fused)
+      fused.enqueue(queue, pairs, realBytes(), solution);
+    else {
+      centroid.enqueue(queue, pairs, realBytes(), solution);
+      demean.enqueue(queue, pairs, realBytes(), solution);
+      cross_covariance.enqueue(queue, pairs, demean.demeaned(), realBytes(), solution);
+      svd.enqueue(queue, pairs, solution);
+      rotation_translation.enqueue(queue, solution);
+    }
+    if (precision == Precision::Double)
+      read<double>(estimate);
+    else
+      read<float>(estimate);
+    return estimate;
+  }
+
+  template <typename real>
+  void read(Estimate& estimate)
+  {
+    queue.download(solution, sizeof(RigidSolution<real>), [&](const void* memory) {
+      const auto& record = *static_cast<const RigidSolution<real>*>(memory);
+      StageValues& values = estimate.stages;
+      std::copy(std::begin(record.source_centroid), std::end(record.source_centroid), values.source_centroid.begin());
+      std::copy(std::begin(record.target_centroid), std::end(record.target_centroid), values.target_centroid.begin());
+      std::copy(std::begin(record.H), std::end(record.H), values.H.begin());
+      std::copy(std::begin(record.U), std::end(record.U), values.U.begin());
+      std::copy(std::begin(record.S), std::end(record.S), values.S.begin());
+      std::copy(std::begin(record.V), std::end(record.V), values.V.begin());
+      std::copy(std::begin(record.R), std::end(record.R), values.R.begin());
+      std::copy(std::begin(record.t), std::end(record.t), values.t.begin());
+      estimate.degeneracy = degeneracyOf(record.rank);
+    });
+  }
+
+  Pipeline pipeline;
+  Precision precision;
+  opencl::Queue queue;
+  stages::Cloud source, target;
+  stages::Pivot source_pivot{}, target_pivot{};
+  float largest_source = 0, largest_target = 0; ///< coordinates, absolute
+  stages::Pairs pairs;
+  stages::Gather gather;
+  stages::Fused fused;
+  stages::Centroid centroid;
+  stages::Demean demean;
+  stages::CrossCovariance cross_covariance;
+  stages::Svd svd;
+  stages::RotationTranslation rotation_translation;
+  opencl::Buffer solution{"solution"};
+};
+
+namespace {
+
+/// The transform in the callers' coordinates: t is derived from R in double, with the pivots put back.
+RigidTransform absoluteTransform(const StageValues& values)
+{
+  RigidTransform transform;
+  transform.rotation = orthonormal(values.R);
+  std::array<double, 3> p{}, q{};
+  for (int i = 0; i < 3; ++i) {
+    p[i] = values.source_centroid[i] + values.source_pivot[i];
+    q[i] = values.target_centroid[i] + values.target_pivot[i];
+  }
+  const auto rotated = transform(p[0], p[1], p[2]);
+  for (int i = 0; i < 3; ++i)
+    transform.translation[i] = q[i] - rotated[i];
+  return transform;
+}
+
+} // namespace
+
+RigidEstimator::RigidEstimator(const Device& device, Pipeline pipeline, Precision precision)
+: RigidEstimator(makeEstimator(device, opencl::Traits::of(device.info()), pipeline, precision))
+{
+}
+
+RigidEstimator::RigidEstimator(std::unique_ptr<Implementation> implementation)
+: implementation_(std::move(implementation))
+{
+}
+
+RigidEstimator::~RigidEstimator() = default;
+RigidEstimator::RigidEstimator(RigidEstimator&&) noexcept = default;
+RigidEstimator& RigidEstimator::operator=(RigidEstimator&&) noexcept = default;
+
+RigidEstimator makeEstimator(const Device& device, const opencl::Traits& traits, Pipeline pipeline, Precision precision)
+{
+  return RigidEstimator(std::make_unique<RigidEstimator::Implementation>(device, traits, pipeline, precision));
+}
+
+const DeviceInfo& RigidEstimator::device() const
+{
+  return implementation_->queue.info();
+}
+Pipeline RigidEstimator::pipeline() const
+{
+  return implementation_->pipeline;
+}
+Precision RigidEstimator::precision() const
+{
+  return implementation_->precision;
+}
+const std::array<double, 3>& RigidEstimator::sourcePivot() const
+{
+  return implementation_->source_pivot;
+}
+
+Estimate RigidEstimator::estimate(const Points& source, const Points& target)
+{
+  if (source.count != target.count)
+    throw InvalidArgument("pairs need as many source points (" + std::to_string(source.count) + ") as target points (" +
+                          std::to_string(target.count) + ")");
+  checkCount(source.count);
+  Implementation& self = *implementation_;
+  const stages::Pivot source_pivot = stages::pivotOf(source);
+  const stages::Pivot target_pivot = stages::pivotOf(target);
+  self.pairs.count = 0;
+  if (source.count > 0)
+    stages::packPairs(self.queue, source, target, source_pivot, target_pivot, self.pairs);
+  Estimate estimate = self.solve();
+  estimate.stages.source_pivot = source_pivot;
+  estimate.stages.target_pivot = target_pivot;
+  if (estimate.pairs > 0)
+    estimate.transform = absoluteTransform(estimate.stages);
+  return estimate;
+}
+
+void RigidEstimator::setSource(const Points& source)
+{
+  checkCount(source.count);
+  Implementation& self = *implementation_;
+  self.source_pivot = stages::pivotOf(source);
+  self.largest_source = stages::packCloud(self.queue, source, self.source_pivot, self.source);
+}
+
+void RigidEstimator::setTarget(const Points& target)
+{
+  checkCount(target.count);
+  Implementation& self = *implementation_;
+  self.target_pivot = stages::pivotOf(target);
+  self.largest_target = stages::packCloud(self.queue, target, self.target_pivot, self.target);
+}
+
+Estimate RigidEstimator::estimate(const Correspondence* correspondences, std::size_t count, const RigidTransform& pose)
+{
+  Implementation& self = *implementation_;
+  const auto inside = [&](const Correspondence& c) {
+    return c.source >= 0 && cl_uint(c.source) < self.source.count && c.target >= 0 &&
+           cl_uint(c.target) < self.target.count;
+  };
+  const auto stray = std::find_if_not(correspondences, correspondences + count, inside);
+  if (stray != correspondences + count)
+    throw InvalidArgument("a correspondence names points (" + std::to_string(stray->source) + ", " +
+                          std::to_string(stray->target) + ") of clouds of " + std::to_string(self.source.count) +
+                          " and " + std::to_string(self.target.count) + " points");
+  self.pairs.count = 0;
+  self.pairs.resolution_sq = stages::resolutionSquared(self.largest_source, self.largest_target);
+  if (count > 0)
+    self.gather.enqueue(self.queue,
+                        self.source,
+                        self.target,
+                        correspondences,
+                        count,
+                        recentred(pose, self.source_pivot, self.target_pivot),
+                        self.pairs);
+  Estimate estimate = self.solve();
+  // Both clouds of the pairs are in the target's frame by now.
+  estimate.stages.source_pivot = estimate.stages.target_pivot = self.target_pivot;
+  if (estimate.pairs > 0)
+    estimate.transform = absoluteTransform(estimate.stages);
+  return estimate;
+}
+
+std::vector<double> RigidEstimator::demeaned() const
+{
+  Implementation& self = *implementation_;
+  if (self.pipeline != Pipeline::Staged)
+    throw InvalidArgument("only the staged pipeline forms de-meaned points");
+  std::vector<double> rows;
+  if (self.pairs.count == 0)
+    return rows;
+  const auto copy = [&](const auto* values) {
+    for (int row = 0; row < PAIR_ROWS; ++row)
+      rows.insert(rows.end(), values + row * self.pairs.stride, values + row * self.pairs.stride + self.pairs.count);
+  };
+  self.queue.download(
+      self.demean.demeaned(), PAIR_ROWS * self.pairs.stride * self.realBytes(), [&](const void* memory) {
+        if (self.precision == Precision::Double)
+          copy(static_cast<const double*>(memory));
+        else
+          copy(static_cast<const float*>(memory));
+      });
+  return rows;
+}
+
+StageTimes RigidEstimator::takeTimes()
+{
+  StageTimes times;
+  for (const auto& [what, entry] : implementation_->queue.takeProfile().entries)
+    times[what] = {entry.milliseconds, entry.count};
+  return times;
+}
+
+} // namespace pcl_gpu_icp

@@ -1,0 +1,52 @@
+#include <pcl_gpu_icp/rigid_transform.h>
+
+namespace pcl_gpu_icp {
+
+namespace {
+
+std::array<double, 3> rotated(const std::array<double, 9>& r, const std::array<double, 3>& x)
+{
+  return {r[0] * x[0] + r[1] * x[1] + r[2] * x[2],
+          r[3] * x[0] + r[4] * x[1] + r[5] * x[2],
+          r[6] * x[0] + r[7] * x[1] + r[8] * x[2]};
+}
+
+} // namespace
+
+RigidTransform compose(const RigidTransform& second, const RigidTransform& first)
+{
+  RigidTransform result;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) {
+      result.rotation[3 * i + j] = 0;
+      for (int k = 0; k < 3; ++k)
+        result.rotation[3 * i + j] += second.rotation[3 * i + k] * first.rotation[3 * k + j];
+    }
+  const auto& t = first.translation;
+  result.translation = second(t[0], t[1], t[2]);
+  return result;
+}
+
+RigidTransform inverse(const RigidTransform& transform)
+{
+  RigidTransform result;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j)
+      result.rotation[3 * i + j] = transform.rotation[3 * j + i];
+  const auto moved = rotated(result.rotation, transform.translation);
+  for (int i = 0; i < 3; ++i)
+    result.translation[i] = -moved[i];
+  return result;
+}
+
+RigidTransform
+recentred(const RigidTransform& transform, const std::array<double, 3>& from, const std::array<double, 3>& to)
+{
+  RigidTransform result = transform;
+  const auto image = transform(from[0], from[1], from[2]);
+  for (int i = 0; i < 3; ++i)
+    result.translation[i] = image[i] - to[i];
+  return result;
+}
+
+} // namespace pcl_gpu_icp

@@ -1,0 +1,156 @@
+#include "queue.h"
+
+#include <algorithm>
+
+namespace pcl_gpu_icp::opencl {
+
+namespace {
+
+// Events are read in batches, so that an endless stream of launches does not pile them up.
+constexpr std::size_t max_pending_events = 1024;
+
+double milliseconds(const cl::Event& event)
+{
+  const auto start = event.getProfilingInfo<CL_PROFILING_COMMAND_START>();
+  const auto end = event.getProfilingInfo<CL_PROFILING_COMMAND_END>();
+  return end > start ? static_cast<double>(end - start) * 1e-6 : 0.0;
+}
+
+} // namespace
+
+Queue::Queue(const Device& device, const Traits& traits, std::string build_options)
+: context_(&Context::of(device))
+, traits_(traits)
+, build_options_(std::move(build_options))
+, queue_(translated(device.info().name, "", [&] {
+  return cl::CommandQueue(context_->handle(), context_->device(), CL_QUEUE_PROFILING_ENABLE);
+}))
+{
+}
+
+Queue::~Queue()
+{
+  try {
+    queue_.finish();
+    if (staging_memory_)
+      queue_.enqueueUnmapMemObject(staging_.buffer_, staging_memory_);
+    queue_.finish();
+  } catch (const cl::Error&) {
+    // The device is gone; its memory with it.
+  }
+}
+
+void Queue::reserve(Buffer& buffer, std::size_t bytes)
+{
+  if (bytes <= buffer.capacity_)
+    return;
+  if (bytes > traits_.max_allocation)
+    throw DeviceError({CL_MEM_OBJECT_ALLOCATION_FAILURE, "clCreateBuffer", "", info().name},
+                      "the " + buffer.what_ + " need " + std::to_string(bytes) + " bytes, the device allows " +
+                          std::to_string(traits_.max_allocation) +
+                          " in one buffer; downsample the clouds or choose another device");
+  translated(info().name, "", [&] {
+    // Room for a cloud that grows a little from one scan to the next.
+    const std::size_t roomy = std::min<std::uint64_t>(bytes + bytes / 8, traits_.max_allocation);
+    buffer.buffer_ = cl::Buffer();
+    buffer.capacity_ = 0;
+    const cl_mem_flags placement = traits_.mapped_memory ? CL_MEM_ALLOC_HOST_PTR : 0;
+    buffer.buffer_ = cl::Buffer(context_->handle(), CL_MEM_READ_WRITE | placement, roomy);
+    buffer.capacity_ = roomy;
+  });
+}
+
+void* Queue::pinned(std::size_t bytes)
+{
+  if (bytes > staging_.capacity_) {
+    translated(info().name, "", [&] {
+      if (staging_memory_)
+        queue_.enqueueUnmapMemObject(staging_.buffer_, staging_memory_);
+      staging_memory_ = nullptr;
+      staging_.capacity_ = 0;
+      queue_.finish();
+      staging_.buffer_ = cl::Buffer(context_->handle(), CL_MEM_READ_WRITE | CL_MEM_ALLOC_HOST_PTR, bytes);
+      staging_memory_ = queue_.enqueueMapBuffer(staging_.buffer_, CL_TRUE, CL_MAP_READ | CL_MAP_WRITE, 0, bytes);
+      staging_.capacity_ = bytes;
+    });
+  }
+  return staging_memory_;
+}
+
+void Queue::upload(Buffer& buffer, std::size_t bytes, const std::function<void(void*)>& fill)
+{
+  reserve(buffer, bytes);
+  translated(info().name, "", [&] {
+    cl::Event event;
+    if (traits_.mapped_memory) {
+      void* memory = queue_.enqueueMapBuffer(buffer.buffer_, CL_TRUE, CL_MAP_WRITE_INVALIDATE_REGION, 0, bytes);
+      try {
+        fill(memory);
+      } catch (...) {
+        queue_.enqueueUnmapMemObject(buffer.buffer_, memory);
+        throw;
+      }
+      queue_.enqueueUnmapMemObject(buffer.buffer_, memory, nullptr, &event);
+    }
+    else {
+      // Blocking, because the staging memory is filled again by the next upload.
+      void* memory = pinned(bytes);
+      fill(memory);
+      queue_.enqueueWriteBuffer(buffer.buffer_, CL_TRUE, 0, bytes, memory, nullptr, &event);
+    }
+    pending_.emplace_back("upload", std::move(event));
+  });
+}
+
+void Queue::download(const Buffer& buffer, std::size_t bytes, const std::function<void(const void*)>& use)
+{
+  translated(info().name, "", [&] {
+    cl::Event event;
+    if (traits_.mapped_memory) {
+      void* memory = queue_.enqueueMapBuffer(buffer.buffer_, CL_TRUE, CL_MAP_READ, 0, bytes, nullptr, &event);
+      use(memory);
+      queue_.enqueueUnmapMemObject(buffer.buffer_, memory);
+    }
+    else {
+      void* memory = pinned(bytes);
+      queue_.enqueueReadBuffer(buffer.buffer_, CL_TRUE, 0, bytes, memory, nullptr, &event);
+      use(memory);
+    }
+    pending_.emplace_back("download", std::move(event));
+  });
+  if (pending_.size() > max_pending_events)
+    account();
+}
+
+void Queue::finish()
+{
+  translated(info().name, "", [&] { queue_.finish(); });
+}
+
+Profile Queue::takeProfile()
+{
+  account();
+  return std::exchange(profile_, {});
+}
+
+void Queue::account()
+{
+  finish();
+  translated(info().name, "", [&] {
+    for (const auto& [stage, event] : pending_)
+      profile_.add(stage, milliseconds(event));
+  });
+  pending_.clear();
+}
+
+cl::Kernel& Queue::kernelObject(const KernelName& kernel)
+{
+  cl::Kernel& object = kernels_[kernel.file + "/" + kernel.name];
+  if (!object()) {
+    const cl::Program program = context_->program(kernel.file, build_options_);
+    object = translated(info().name, kernel.name, [&] { return cl::Kernel(program, kernel.name.c_str()); });
+  }
+  return object;
+}
+
+} // namespace pcl_gpu_icp::opencl

@@ -1,0 +1,116 @@
+#pragma once
+
+#include "cl.h"
+#include "context.h"
+#include "error.h"
+#include "profile.h"
+
+#include <functional>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace pcl_gpu_icp::opencl {
+
+/// A buffer on the device that grows as needed and keeps its memory. Its content is lost when it grows.
+class Buffer {
+public:
+  /// \param what names the content in errors, e.g. "point pairs"
+  explicit Buffer(std::string what)
+  : what_(std::move(what))
+  {
+  }
+
+  const cl::Buffer& handle() const { return buffer_; }
+  std::size_t capacity() const { return capacity_; }
+
+private:
+  friend class Queue;
+  std::string what_;
+  std::size_t capacity_ = 0; ///< bytes
+  cl::Buffer buffer_;
+};
+
+/// Where a kernel is found.
+struct KernelName {
+  std::string file;
+  std::string name;
+};
+
+/// Global and local work sizes of a launch.
+struct WorkSize {
+  cl::NDRange global;
+  cl::NDRange local;
+};
+
+/// An in-order queue with the kernel objects launched on it and the times they took. Used by one thread at a time;
+/// queues of several threads share the device's Context.
+class Queue {
+public:
+  /// \param build_options options that every kernel of this queue is compiled with
+  Queue(const Device& device, const Traits& traits, std::string build_options);
+  ~Queue();
+  Queue(const Queue&) = delete;
+  Queue& operator=(const Queue&) = delete;
+
+  const DeviceInfo& info() const { return context_->info(); }
+  const Traits& traits() const { return traits_; }
+
+  /// Makes room for `bytes`.
+  /// \throws DeviceError with both numbers when the device allows no buffer that large
+  void reserve(Buffer& buffer, std::size_t bytes);
+
+  /// Lets `fill` write the first `bytes` of a buffer: straight into it where memory is shared with the host, through
+  /// pinned memory elsewhere.
+  void upload(Buffer& buffer, std::size_t bytes, const std::function<void(void*)>& fill);
+
+  /// Waits for all that was enqueued, then lets `use` read the first `bytes` of a buffer.
+  void download(const Buffer& buffer, std::size_t bytes, const std::function<void(const void*)>& use);
+
+  /// Enqueues a kernel; `stage` is what its time is accounted to.
+  template <typename... Arguments>
+  void launch(const char* stage, const KernelName& kernel, const WorkSize& size, const Arguments&... arguments)
+  {
+    cl::Kernel& object = kernelObject(kernel);
+    translated(info().name, kernel.name, [&] {
+      cl_uint index = 0;
+      (setArgument(object, index++, arguments), ...);
+      cl::Event event;
+      queue_.enqueueNDRangeKernel(object, cl::NullRange, size.global, size.local, nullptr, &event);
+      pending_.emplace_back(stage, std::move(event));
+    });
+  }
+
+  void finish();
+
+  /// Waits for all that was enqueued and returns the times since the last call.
+  Profile takeProfile();
+
+private:
+  static void setArgument(cl::Kernel& kernel, cl_uint index, const Buffer& buffer)
+  {
+    kernel.setArg(index, buffer.handle());
+  }
+  template <typename Value>
+  static void setArgument(cl::Kernel& kernel, cl_uint index, const Value& value)
+  {
+    kernel.setArg(index, value);
+  }
+
+  cl::Kernel& kernelObject(const KernelName& kernel);
+  void* pinned(std::size_t bytes);
+  void account();
+
+  Context* context_;
+  Traits traits_;
+  std::string build_options_;
+  cl::CommandQueue queue_;
+  std::map<std::string, cl::Kernel> kernels_;
+  Buffer staging_{"staging memory"};
+  void* staging_memory_ = nullptr;
+  std::vector<std::pair<const char*, cl::Event>> pending_;
+  Profile profile_;
+};
+
+} // namespace pcl_gpu_icp::opencl
