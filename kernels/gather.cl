@@ -1,5 +1,5 @@
 // Matched pairs from two clouds that stay on the device: pair k is (pose(source[i_k]), target[j_k]).
-#include "layout.h"
+#include "real.h"
 
 #pragma OPENCL FP_CONTRACT ON
 

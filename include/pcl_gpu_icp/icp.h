@@ -1,8 +1,10 @@
 #pragma once
 
 #include <pcl_gpu_icp/device.h>
+#include <pcl_gpu_icp/icp_loop.h>
 #include <pcl_gpu_icp/result.h>
 #include <pcl_gpu_icp/rigid_estimator.h>
+#include <pcl_gpu_icp/search/matcher.h>
 #include <pcl_gpu_icp/search/nearest_kdtree.h>
 #include <pcl_gpu_icp/transformation_estimation_svd.h>
 
@@ -29,7 +31,7 @@ namespace pcl_gpu_icp {
 /// Errors: what ends an alignment is reported through PCL_ERROR; hasConverged() is false, the final transformation is
 /// the guess, and getResult() has the cause. align() does not throw.
 template <typename PointSource, typename PointTarget, typename Scalar = float>
-class IterativeClosestPoint : public pcl::IterativeClosestPoint<PointSource, PointTarget, Scalar> {
+class IterativeClosestPoint : public pcl::IterativeClosestPoint<PointSource, PointTarget, Scalar>, private IcpSteps {
   using Base = pcl::IterativeClosestPoint<PointSource, PointTarget, Scalar>;
 
 public:
@@ -38,6 +40,7 @@ public:
   using typename Base::Matrix4;
   using typename Base::PointCloudSource;
   using typename Base::PointCloudTarget;
+  using typename Base::PointCloudTargetConstPtr;
 
   IterativeClosestPoint();
   ~IterativeClosestPoint() override = default;
@@ -78,8 +81,64 @@ public:
   /// What the last align() did.
   const AlignmentResult& getResult() const { return result_; }
 
+  void setInputTarget(const PointCloudTargetConstPtr& cloud) override;
+
 protected:
   void computeTransformation(PointCloudSource& output, const Matrix4& guess) override;
+
+  /// As pcl::IterativeClosestPoint::transformCloud, computed in double.
+  void transformCloud(const PointCloudSource& input, PointCloudSource& output, const Matrix4& transform) override;
+
+private:
+  using NearestTargetTree = search::NearestKdTree<PointTarget>;
+
+  /// PCL's criteria, which keep the last alignment's mean squared distance.
+  class ConvergenceCriteria : public pcl::registration::DefaultConvergenceCriteria<Scalar> {
+  public:
+    using pcl::registration::DefaultConvergenceCriteria<Scalar>::DefaultConvergenceCriteria;
+    void startAfresh();
+  };
+
+  // The steps of the loop.
+  bool match(const RigidTransform& pose) override;
+  RigidTransform estimateIncrement(const RigidTransform& pose) override;
+  bool finished(const RigidTransform& increment, const RigidTransform& pose) override;
+
+  void prepare(const Matrix4& guess);
+  void prepareSearch();
+  void prepareEstimator();
+  void prepareCriteria();
+  void prepareRejectors();
+  void findCorrespondences(const RigidTransform& pose);
+  void queryCallersSearch();
+  void queryCallersCorrespondenceEstimation();
+  void rejectCorrespondences();
+  void report(const RigidTransform& pose);
+  bool estimatesOnDevice() const { return this->transformation_estimation_ == default_transformation_estimation_; }
+  bool usesAllPoints() const { return this->indices_->size() == this->input_->size(); }
+
+  std::optional<Device> device_;
+  Pipeline pipeline_ = Pipeline::Fused;
+  CorrespondenceSearch search_ = CorrespondenceSearch::PclKdTree;
+  unsigned int threads_ = 0;
+  std::function<void(int, double)> iteration_callback_;
+
+  // What the constructor installed; anything else in its place is the caller's.
+  typename NearestTargetTree::Ptr nearest_tree_;
+  typename Base::KdTreeReciprocalPtr default_reciprocal_tree_;
+  typename Base::TransformationEstimationPtr default_transformation_estimation_;
+  typename Base::CorrespondenceEstimationPtr default_correspondence_estimation_;
+
+  std::unique_ptr<RigidEstimator> estimator_;
+  const void* target_on_device_ = nullptr; ///< the cloud whose points the estimator holds,
+  unsigned long target_revision_ = 0;      ///< and the revision of nearest_tree_ it was taken at
+
+  // Of the alignment that runs.
+  std::unique_ptr<search::Matcher> matcher_;    ///< null when the caller's own search answers
+  std::vector<Correspondence> matches_;         ///< the correspondences_ in the engine's form
+  pcl::IndicesPtr finite_indices_;              ///< source points that take part
+  typename PointCloudSource::Ptr moved_source_; ///< the source at the current pose; null when nobody looks at it
+  AlignmentResult result_;
 };
 
 } // namespace pcl_gpu_icp

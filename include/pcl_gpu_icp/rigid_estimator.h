@@ -20,6 +20,15 @@ struct Estimate {
   Degeneracy degeneracy = Degeneracy::None;
   std::size_t pairs = 0; ///< pairs that took part; those with a non-finite point do not
   StageValues stages;
+
+  /// In the points' own coordinates.
+  std::array<double, 3> sourceCentroid() const
+  {
+    std::array<double, 3> centroid{};
+    for (int i = 0; i < 3; ++i)
+      centroid[i] = stages.source_pivot[i] + stages.source_centroid[i];
+    return centroid;
+  }
 };
 
 /// The five stages of rigid estimation on an OpenCL device (Kabsch 1976; Umeyama 1991): centroids, de-meaned clouds,
@@ -64,6 +73,8 @@ private:
   friend RigidEstimator makeEstimator(const Device&, const opencl::Traits&, Pipeline, Precision);
   struct Implementation;
   explicit RigidEstimator(std::unique_ptr<Implementation> implementation);
+  /// Builds every kernel and runs it once, so that a kernel that does not compile shows here and no estimate waits.
+  void warmUp();
   std::unique_ptr<Implementation> implementation_;
 };
 

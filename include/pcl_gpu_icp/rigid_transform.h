@@ -23,6 +23,7 @@ struct RigidTransform {
 /// first, then second: x -> second(first(x)).
 PCL_GPU_ICP_API RigidTransform compose(const RigidTransform& second, const RigidTransform& first);
 
+/// Also of a transform that scales, as a caller's guess or estimator may.
 PCL_GPU_ICP_API RigidTransform inverse(const RigidTransform& transform);
 
 /// The same motion written about another origin: maps x - from to y - to where `transform` maps x to y.

@@ -8,10 +8,7 @@
 
 namespace pcl_gpu_icp {
 
-const char* toString(Pipeline pipeline)
-{
-  return pipeline == Pipeline::Staged ? "staged" : "fused";
-}
+const char* toString(Pipeline pipeline) { return pipeline == Pipeline::Staged ? "staged" : "fused"; }
 
 const char* toString(CorrespondenceSearch search)
 {
@@ -22,10 +19,7 @@ const char* toString(CorrespondenceSearch search)
   return "unknown";
 }
 
-const char* toString(Precision precision)
-{
-  return precision == Precision::Double ? "double" : "float";
-}
+const char* toString(Precision precision) { return precision == Precision::Double ? "double" : "float"; }
 
 const char* toString(Degeneracy degeneracy)
 {

@@ -21,10 +21,7 @@ namespace pcl_gpu_icp {
 
 namespace {
 
-Precision available(Precision wanted, const opencl::Traits& traits)
-{
-  return traits.fp64 ? wanted : Precision::Float;
-}
+Precision available(Precision wanted, const opencl::Traits& traits) { return traits.fp64 ? wanted : Precision::Float; }
 
 Degeneracy degeneracyOf(int rank)
 {
@@ -146,6 +143,18 @@ RigidTransform absoluteTransform(const StageValues& values)
   return transform;
 }
 
+RigidTransform inFloat(const RigidTransform& transform)
+{
+  RigidTransform result = transform;
+  for (double& entry : result.rotation)
+    entry = static_cast<float>(entry);
+  for (double& entry : result.translation)
+    entry = static_cast<float>(entry);
+  return result;
+}
+
+std::array<double, 3> negated(const std::array<double, 3>& x) { return {-x[0], -x[1], -x[2]}; }
+
 } // namespace
 
 RigidEstimator::RigidEstimator(const Device& device, Pipeline pipeline, Precision precision)
@@ -164,25 +173,26 @@ RigidEstimator& RigidEstimator::operator=(RigidEstimator&&) noexcept = default;
 
 RigidEstimator makeEstimator(const Device& device, const opencl::Traits& traits, Pipeline pipeline, Precision precision)
 {
-  return RigidEstimator(std::make_unique<RigidEstimator::Implementation>(device, traits, pipeline, precision));
+  RigidEstimator estimator(std::make_unique<RigidEstimator::Implementation>(device, traits, pipeline, precision));
+  estimator.warmUp();
+  return estimator;
 }
 
-const DeviceInfo& RigidEstimator::device() const
+void RigidEstimator::warmUp()
 {
-  return implementation_->queue.info();
+  const float points[] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
+  const Points cloud{points, 3, 3 * sizeof(float)};
+  const Correspondence pairs[] = {{0, 0, 0}, {1, 1, 0}, {2, 2, 0}};
+  setSource(cloud);
+  setTarget(cloud);
+  estimate(pairs, 3, RigidTransform{});
+  takeTimes();
 }
-Pipeline RigidEstimator::pipeline() const
-{
-  return implementation_->pipeline;
-}
-Precision RigidEstimator::precision() const
-{
-  return implementation_->precision;
-}
-const std::array<double, 3>& RigidEstimator::sourcePivot() const
-{
-  return implementation_->source_pivot;
-}
+
+const DeviceInfo& RigidEstimator::device() const { return implementation_->queue.info(); }
+Pipeline RigidEstimator::pipeline() const { return implementation_->pipeline; }
+Precision RigidEstimator::precision() const { return implementation_->precision; }
+const std::array<double, 3>& RigidEstimator::sourcePivot() const { return implementation_->source_pivot; }
 
 Estimate RigidEstimator::estimate(const Points& source, const Points& target)
 {
@@ -234,19 +244,17 @@ Estimate RigidEstimator::estimate(const Correspondence* correspondences, std::si
                           " and " + std::to_string(self.target.count) + " points");
   self.pairs.count = 0;
   self.pairs.resolution_sq = stages::resolutionSquared(self.largest_source, self.largest_target);
+  const RigidTransform pivoted_pose = inFloat(recentred(pose, self.source_pivot, self.target_pivot));
   if (count > 0)
-    self.gather.enqueue(self.queue,
-                        self.source,
-                        self.target,
-                        correspondences,
-                        count,
-                        recentred(pose, self.source_pivot, self.target_pivot),
-                        self.pairs);
+    self.gather.enqueue(self.queue, self.source, self.target, correspondences, count, pivoted_pose, self.pairs);
   Estimate estimate = self.solve();
   // Both clouds of the pairs are in the target's frame by now.
   estimate.stages.source_pivot = estimate.stages.target_pivot = self.target_pivot;
-  if (estimate.pairs > 0)
-    estimate.transform = absoluteTransform(estimate.stages);
+  if (estimate.pairs > 0) {
+    // The device moved the source by the pose as float holds it; the increment is to the pose itself.
+    const RigidTransform moved_by = recentred(pivoted_pose, negated(self.source_pivot), negated(self.target_pivot));
+    estimate.transform = compose(absoluteTransform(estimate.stages), compose(moved_by, inverse(pose)));
+  }
   return estimate;
 }
 

@@ -42,10 +42,7 @@ Context::Context(const Device& device)
 {
 }
 
-const cl::Device& Context::device() const
-{
-  return device_.handle_->device;
-}
+const cl::Device& Context::device() const { return device_.handle_->device; }
 
 cl::Program Context::program(const std::string& file, const std::string& options)
 {

@@ -139,10 +139,7 @@ Device::Device(std::shared_ptr<const opencl::DeviceHandle> handle)
 {
 }
 
-const DeviceInfo& Device::info() const
-{
-  return handle_->info;
-}
+const DeviceInfo& Device::info() const { return handle_->info; }
 
 std::vector<Device> Device::list()
 {

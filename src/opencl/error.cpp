@@ -84,10 +84,7 @@ DeviceError::DeviceError(const Where& where, const std::string& advice)
 {
 }
 
-const char* DeviceError::codeName() const noexcept
-{
-  return opencl::codeName(where_.code);
-}
+const char* DeviceError::codeName() const noexcept { return opencl::codeName(where_.code); }
 
 KernelBuildError::KernelBuildError(const Where& where, std::string options, std::string log)
 : DeviceError(where, "options \"" + options + "\"; compiler output: " + log)

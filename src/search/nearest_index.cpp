@@ -131,10 +131,7 @@ void NearestIndex::build(const Points& points)
   implementation_ = std::move(built);
 }
 
-std::size_t NearestIndex::size() const
-{
-  return implementation_->positions.size();
-}
+std::size_t NearestIndex::size() const { return implementation_->positions.size(); }
 
 Neighbour NearestIndex::nearest(const float* xyz, float max_squared_distance, Neighbour start) const
 {
@@ -149,6 +146,14 @@ Neighbour NearestIndex::nearest(const float* xyz, float max_squared_distance, Ne
   if (nearest.row() < 0)
     return started ? start : Neighbour{};
   return {implementation_->positions[nearest.row()], nearest.worstDist()};
+}
+
+std::uint64_t fingerprintOf(const Points& points)
+{
+  std::uint64_t fingerprint = points.count;
+  for (std::size_t i = 0; i < points.count; ++i)
+    fingerprint = fingerprint * 0xD1B54A32D192ED03ULL + hashOf(points[i]);
+  return fingerprint;
 }
 
 } // namespace pcl_gpu_icp::search

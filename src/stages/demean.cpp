@@ -5,10 +5,7 @@
 
 namespace pcl_gpu_icp::stages {
 
-StageRequest Demean::request(std::size_t pairs)
-{
-  return {"demean", {pairs}};
-}
+StageRequest Demean::request(std::size_t pairs) { return {"demean", {pairs}}; }
 
 void Demean::enqueue(opencl::Queue& queue, const Pairs& pairs, std::size_t real_bytes, const opencl::Buffer& solution)
 {

@@ -10,17 +10,11 @@ using opencl::WorkSize;
 
 namespace {
 
-std::size_t quotientRoundedUp(std::size_t n, std::size_t divisor)
-{
-  return (n + divisor - 1) / divisor;
-}
+std::size_t quotientRoundedUp(std::size_t n, std::size_t divisor) { return (n + divisor - 1) / divisor; }
 
 } // namespace
 
-cl_uint paddedStride(std::size_t n)
-{
-  return static_cast<cl_uint>(quotientRoundedUp(n, ROW_PADDING) * ROW_PADDING);
-}
+cl_uint paddedStride(std::size_t n) { return static_cast<cl_uint>(quotientRoundedUp(n, ROW_PADDING) * ROW_PADDING); }
 
 std::string buildOptions(const Traits& traits, Precision precision)
 {
@@ -60,10 +54,7 @@ WorkSize oneGroup(const Traits& traits, std::size_t items)
   return {cl::NDRange(group), cl::NDRange(group)};
 }
 
-WorkSize workItems(std::size_t items)
-{
-  return {cl::NDRange(items), cl::NDRange(1)};
-}
+WorkSize workItems(std::size_t items) { return {cl::NDRange(items), cl::NDRange(1)}; }
 
 std::vector<std::size_t> halvings(std::size_t n)
 {

@@ -3,7 +3,7 @@
 #include "kernels/layout.h"
 
 #include <algorithm>
-#include <cmath>
+#include <cstring>
 #include <limits>
 #include <vector>
 
@@ -13,14 +13,43 @@ namespace {
 
 constexpr std::size_t pivot_samples = 63;
 
-bool finite(const float* p)
+/// Magnitudes of floats compare like their bits; what is not finite is at infinity's or above.
+constexpr std::uint32_t infinity_bits = 0x7F800000;
+
+std::uint32_t magnitudeBits(float x)
 {
-  return std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2]);
+  std::uint32_t bits;
+  std::memcpy(&bits, &x, sizeof(bits));
+  return bits & 0x7FFFFFFF;
 }
 
-float largestCoordinate(const float* p, float largest)
+std::uint32_t largestMagnitudeBits(const float* p)
 {
-  return std::max({largest, std::abs(p[0]), std::abs(p[1]), std::abs(p[2])});
+  return std::max({magnitudeBits(p[0]), magnitudeBits(p[1]), magnitudeBits(p[2])});
+}
+
+bool finite(const float* p) { return largestMagnitudeBits(p) < infinity_bits; }
+
+class LargestCoordinate {
+public:
+  void add(std::uint32_t bits) { bits_ = std::max(bits_, bits); }
+  float value() const
+  {
+    float largest;
+    std::memcpy(&largest, &bits_, sizeof(largest));
+    return largest;
+  }
+
+private:
+  std::uint32_t bits_ = 0;
+};
+
+/// Exact to float32's rounding: the pivot is itself a float32 coordinate.
+void writePoint(const float* p, const Pivot& pivot, float* row, std::size_t stride)
+{
+  row[0] = p[0] - static_cast<float>(pivot[0]);
+  row[stride] = p[1] - static_cast<float>(pivot[1]);
+  row[2 * stride] = p[2] - static_cast<float>(pivot[2]);
 }
 
 } // namespace
@@ -63,48 +92,45 @@ void packPairs(opencl::Queue& queue,
                Pairs& pairs)
 {
   const cl_uint stride = paddedStride(source.count);
-  std::size_t count = 0;
-  float largest_source = 0, largest_target = 0;
   queue.upload(pairs.rows, PAIR_ROWS * stride * sizeof(float), [&](void* memory) {
     auto* rows = static_cast<float*>(memory);
+    LargestCoordinate largest_source, largest_target;
+    // Every pair is written; the next one overwrites it unless it is finite. No branch depends on the data.
+    std::size_t count = 0;
     for (std::size_t i = 0; i < source.count; ++i) {
       const float* p = source[i];
       const float* q = target[i];
-      if (!finite(p) || !finite(q))
-        continue;
-      for (int axis = 0; axis < 3; ++axis) {
-        rows[axis * stride + count] = static_cast<float>(p[axis] - source_pivot[axis]);
-        rows[(3 + axis) * stride + count] = static_cast<float>(q[axis] - target_pivot[axis]);
-      }
-      largest_source = largestCoordinate(p, largest_source);
-      largest_target = largestCoordinate(q, largest_target);
-      ++count;
+      writePoint(p, source_pivot, rows + count, stride);
+      writePoint(q, target_pivot, rows + 3 * std::size_t(stride) + count, stride);
+      const std::uint32_t p_bits = largestMagnitudeBits(p), q_bits = largestMagnitudeBits(q);
+      const bool both_finite = p_bits < infinity_bits && q_bits < infinity_bits;
+      largest_source.add(both_finite ? p_bits : 0);
+      largest_target.add(both_finite ? q_bits : 0);
+      count += both_finite ? 1 : 0;
     }
     for (int row = 0; row < PAIR_ROWS; ++row)
-      std::fill(rows + row * stride + count, rows + (row + 1) * stride, 0.0F);
+      std::fill(rows + row * std::size_t(stride) + count, rows + (row + 1) * std::size_t(stride), 0.0F);
+    pairs.count = static_cast<cl_uint>(count);
+    pairs.resolution_sq = resolutionSquared(largest_source.value(), largest_target.value());
   });
   pairs.stride = stride;
-  pairs.count = static_cast<cl_uint>(count);
-  pairs.resolution_sq = resolutionSquared(largest_source, largest_target);
 }
 
 float packCloud(opencl::Queue& queue, const Points& points, const Pivot& pivot, Cloud& cloud)
 {
   const cl_uint stride = paddedStride(points.count);
-  float largest = 0;
-  queue.upload(cloud.rows, 3 * stride * sizeof(float), [&](void* memory) {
+  LargestCoordinate largest;
+  queue.upload(cloud.rows, 3 * std::size_t(stride) * sizeof(float), [&](void* memory) {
     auto* rows = static_cast<float*>(memory);
     for (std::size_t i = 0; i < points.count; ++i) {
-      const float* p = points[i];
-      for (int axis = 0; axis < 3; ++axis)
-        rows[axis * stride + i] = static_cast<float>(p[axis] - pivot[axis]);
-      if (finite(p))
-        largest = largestCoordinate(p, largest);
+      writePoint(points[i], pivot, rows + i, stride);
+      const std::uint32_t bits = largestMagnitudeBits(points[i]);
+      largest.add(bits < infinity_bits ? bits : 0);
     }
   });
   cloud.stride = stride;
   cloud.count = static_cast<cl_uint>(points.count);
-  return largest;
+  return largest.value();
 }
 
 } // namespace pcl_gpu_icp::stages

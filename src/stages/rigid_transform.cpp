@@ -4,10 +4,7 @@
 
 namespace pcl_gpu_icp::stages {
 
-StageRequest RotationTranslation::request()
-{
-  return {"rigid_transform", {27, 9, 3}};
-}
+StageRequest RotationTranslation::request() { return {"rigid_transform", {27, 9, 3}}; }
 
 void RotationTranslation::enqueue(opencl::Queue& queue, const opencl::Buffer& solution)
 {

@@ -4,10 +4,7 @@
 
 namespace pcl_gpu_icp::stages {
 
-StageRequest Svd::request()
-{
-  return {"svd", {27, 9, 1}};
-}
+StageRequest Svd::request() { return {"svd", {27, 9, 1}}; }
 
 void Svd::enqueue(opencl::Queue& queue, const Pairs& pairs, const opencl::Buffer& solution)
 {

@@ -44,4 +44,7 @@ private:
   std::unique_ptr<Implementation> implementation_;
 };
 
+/// 64 bits that change when a coordinate, the number or the order of the points changes.
+PCL_GPU_ICP_API std::uint64_t fingerprintOf(const Points& points);
+
 } // namespace pcl_gpu_icp::search

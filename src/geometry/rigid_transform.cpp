@@ -29,10 +29,16 @@ RigidTransform compose(const RigidTransform& second, const RigidTransform& first
 
 RigidTransform inverse(const RigidTransform& transform)
 {
+  const auto& r = transform.rotation;
+  const auto minor = [&](int i, int j) {
+    const int a = 3 * ((i + 1) % 3), b = 3 * ((i + 2) % 3), c = (j + 1) % 3, d = (j + 2) % 3;
+    return r[a + c] * r[b + d] - r[a + d] * r[b + c];
+  };
+  const double determinant = r[0] * minor(0, 0) + r[1] * minor(0, 1) + r[2] * minor(0, 2);
   RigidTransform result;
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j)
-      result.rotation[3 * i + j] = transform.rotation[3 * j + i];
+      result.rotation[3 * i + j] = minor(j, i) / determinant;
   const auto moved = rotated(result.rotation, transform.translation);
   for (int i = 0; i < 3; ++i)
     result.translation[i] = -moved[i];

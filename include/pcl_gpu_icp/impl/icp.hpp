@@ -1,0 +1,503 @@
+#pragma once
+
+#include <pcl_gpu_icp/error.h>
+#include <pcl_gpu_icp/icp.h>
+#include <pcl_gpu_icp/impl/matrix.hpp>
+#include <pcl_gpu_icp/search/parallel_for.h>
+#include <pcl_gpu_icp/stopwatch.h>
+
+#include <pcl/common/point_tests.h>
+#include <pcl/conversions.h>
+
+#include <cmath>
+#include <cstring>
+
+namespace pcl_gpu_icp {
+
+namespace detail {
+
+template <typename State>
+Reason reasonOf(State state)
+{
+  using Criteria = pcl::registration::DefaultConvergenceCriteria<float>;
+  switch (static_cast<int>(state)) {
+  case Criteria::CONVERGENCE_CRITERIA_ITERATIONS:
+    return Reason::Iterations;
+  case Criteria::CONVERGENCE_CRITERIA_TRANSFORM:
+    return Reason::Transform;
+  case Criteria::CONVERGENCE_CRITERIA_ABS_MSE:
+    return Reason::AbsoluteMse;
+  case Criteria::CONVERGENCE_CRITERIA_REL_MSE:
+    return Reason::RelativeMse;
+  case Criteria::CONVERGENCE_CRITERIA_NO_CORRESPONDENCES:
+    return Reason::NoCorrespondences;
+  case Criteria::CONVERGENCE_CRITERIA_FAILURE_AFTER_MAX_ITERATIONS:
+    return Reason::FailureAfterIterations;
+  default:
+    return Reason::NotRun;
+  }
+}
+
+/// The largest float that is no larger than `distance` squared: what a squared float distance is compared with.
+inline float squaredLimit(double distance)
+{
+  const double squared = distance * distance;
+  if (squared >= std::numeric_limits<float>::max())
+    return std::numeric_limits<float>::infinity();
+  const float limit = static_cast<float>(squared);
+  return limit > squared ? std::nextafter(limit, 0.0F) : limit;
+}
+
+template <typename PointT>
+bool hasField(const char* name)
+{
+  for (const auto& field : pcl::getFields<PointT>())
+    if (field.name == name)
+      return true;
+  return false;
+}
+
+inline double rootMeanSquare(const pcl::Correspondences& correspondences)
+{
+  double sum = 0;
+  for (const pcl::Correspondence& c : correspondences)
+    sum += c.distance;
+  return correspondences.empty() ? 0 : std::sqrt(sum / static_cast<double>(correspondences.size()));
+}
+
+} // namespace detail
+
+template <typename PointSource, typename PointTarget, typename Scalar>
+IterativeClosestPoint<PointSource, PointTarget, Scalar>::IterativeClosestPoint()
+: nearest_tree_(new NearestTargetTree)
+, default_reciprocal_tree_(this->tree_reciprocal_)
+{
+  this->reg_name_ = "IterativeClosestPoint";
+  this->tree_ = nearest_tree_;
+  this->convergence_criteria_.reset(
+      new ConvergenceCriteria(this->nr_iterations_, this->transformation_, *this->correspondences_));
+  default_transformation_estimation_ = this->transformation_estimation_;
+  default_correspondence_estimation_ = this->correspondence_estimation_;
+}
+
+template <typename PointSource, typename PointTarget, typename Scalar>
+void IterativeClosestPoint<PointSource, PointTarget, Scalar>::setDevice(const Device& device)
+{
+  device_ = device;
+  estimator_.reset();
+}
+
+template <typename PointSource, typename PointTarget, typename Scalar>
+void IterativeClosestPoint<PointSource, PointTarget, Scalar>::setPipeline(Pipeline pipeline)
+{
+  pipeline_ = pipeline;
+  estimator_.reset();
+}
+
+template <typename PointSource, typename PointTarget, typename Scalar>
+unsigned int IterativeClosestPoint<PointSource, PointTarget, Scalar>::getNumberOfThreads() const
+{
+  return search::effectiveThreads(threads_);
+}
+
+template <typename PointSource, typename PointTarget, typename Scalar>
+void IterativeClosestPoint<PointSource, PointTarget, Scalar>::setInputTarget(const PointCloudTargetConstPtr& cloud)
+{
+  Base::setInputTarget(cloud);
+  // PCL asks the source's fields here.
+  this->target_has_normals_ = detail::hasField<PointTarget>("normal_x");
+}
+
+template <typename PointSource, typename PointTarget, typename Scalar>
+void IterativeClosestPoint<PointSource, PointTarget, Scalar>::align(PointCloudSource& output)
+{
+  align(output, Matrix4::Identity());
+}
+
+template <typename PointSource, typename PointTarget, typename Scalar>
+void IterativeClosestPoint<PointSource, PointTarget, Scalar>::align(PointCloudSource& output, const Matrix4& guess)
+{
+  this->converged_ = false;
+  this->nr_iterations_ = 0;
+  this->final_transformation_ = this->transformation_ = this->previous_transformation_ = Matrix4::Identity();
+  result_ = {};
+  Base::align(output, guess);
+}
+
+template <typename PointSource, typename PointTarget, typename Scalar>
+void IterativeClosestPoint<PointSource, PointTarget, Scalar>::computeTransformation(PointCloudSource& output,
+                                                                                    const Matrix4& guess)
+{
+  result_ = {};
+  try {
+    const Stopwatch total(result_.host_times, "total");
+    prepare(guess);
+    report(iterate(*this, detail::toRigidTransform<Scalar>(guess)));
+  } catch (const std::exception& error) {
+    PCL_ERROR("[pcl_gpu_icp::%s::computeTransformation] %s\n", this->getClassName().c_str(), error.what());
+    this->converged_ = false;
+    this->final_transformation_ = guess;
+    result_.reason = Reason::Error;
+    result_.message = error.what();
+  }
+  result_.converged = this->converged_;
+  result_.iterations = this->nr_iterations_;
+  matcher_.reset();
+  moved_source_.reset();
+
+  if (usesAllPoints())
+    output = *this->input_;
+  else
+    pcl::copyPointCloud(*this->input_, *this->indices_, output);
+  const PointCloudSource untransformed = output;
+  this->transformCloud(untransformed, output, this->final_transformation_);
+}
+
+// ---------------------------------------------------------------------------------------------------- preparation
+
+template <typename PointSource, typename PointTarget, typename Scalar>
+void IterativeClosestPoint<PointSource, PointTarget, Scalar>::prepare(const Matrix4& guess)
+{
+  this->nr_iterations_ = 0;
+  this->converged_ = false;
+  this->final_transformation_ = guess;
+  this->transformation_ = Matrix4::Identity();
+  result_.pipeline = pipeline_;
+  result_.search = search_;
+  result_.threads = getNumberOfThreads();
+
+  finite_indices_.reset(new pcl::Indices);
+  finite_indices_->reserve(this->indices_->size());
+  for (const auto index : *this->indices_)
+    if (pcl::isXYZFinite((*this->input_)[index]))
+      finite_indices_->push_back(index);
+  result_.source_points = finite_indices_->size();
+  result_.source_dropped = this->indices_->size() - finite_indices_->size();
+
+  prepareSearch();
+  prepareEstimator();
+  prepareCriteria();
+  prepareRejectors();
+}
+
+template <typename PointSource, typename PointTarget, typename Scalar>
+void IterativeClosestPoint<PointSource, PointTarget, Scalar>::prepareSearch()
+{
+  const Stopwatch watch(result_.host_times, "tree");
+  const bool own_estimation = this->correspondence_estimation_ == default_correspondence_estimation_;
+  const bool own_tree = this->tree_ == nearest_tree_;
+  if (own_tree)
+    nearest_tree_->refresh();
+  const bool own_reciprocal =
+      !this->use_reciprocal_correspondence_ || this->tree_reciprocal_ == default_reciprocal_tree_;
+
+  matcher_.reset();
+  if (own_estimation && own_tree && nearest_tree_->index() && own_reciprocal) {
+    matcher_ = std::make_unique<search::Matcher>(search::pointsOf(*this->input_, finite_indices_.get()),
+                                                 search::pointsOf(*this->target_),
+                                                 *nearest_tree_->index(),
+                                                 detail::squaredLimit(this->corr_dist_threshold_),
+                                                 result_.threads);
+    if (this->use_reciprocal_correspondence_)
+      matcher_->requireReciprocal();
+    result_.target_points = nearest_tree_->index()->size();
+  }
+  else {
+    for (const auto& point : *this->target_)
+      result_.target_points += pcl::isXYZFinite(point) ? 1 : 0;
+    this->correspondence_estimation_->setInputTarget(this->target_);
+  }
+  result_.target_dropped = this->target_->size() - result_.target_points;
+}
+
+template <typename PointSource, typename PointTarget, typename Scalar>
+void IterativeClosestPoint<PointSource, PointTarget, Scalar>::prepareEstimator()
+{
+  if (!estimatesOnDevice())
+    return;
+  const Stopwatch watch(result_.host_times, "start");
+  if (!device_)
+    device_ = Device::select();
+  if (!estimator_) {
+    estimator_ = std::make_unique<RigidEstimator>(*device_, pipeline_, detail::precisionFor<Scalar>(*device_));
+    target_on_device_ = nullptr;
+  }
+  result_.device = estimator_->device();
+  result_.precision = estimator_->precision();
+  estimator_->setSource(search::pointsOf(*this->input_));
+  const bool unchanged = this->tree_ == nearest_tree_ && target_on_device_ == this->target_.get() &&
+                         target_revision_ == nearest_tree_->revision();
+  if (!unchanged) {
+    estimator_->setTarget(search::pointsOf(*this->target_));
+    target_on_device_ = this->target_.get();
+    target_revision_ = nearest_tree_->revision();
+  }
+}
+
+template <typename PointSource, typename PointTarget, typename Scalar>
+void IterativeClosestPoint<PointSource, PointTarget, Scalar>::ConvergenceCriteria::startAfresh()
+{
+  this->correspondences_prev_mse_ = this->correspondences_cur_mse_ = std::numeric_limits<double>::max();
+  this->iterations_similar_transforms_ = 0;
+  this->setConvergenceState(ConvergenceCriteria::CONVERGENCE_CRITERIA_NOT_CONVERGED);
+}
+
+template <typename PointSource, typename PointTarget, typename Scalar>
+void IterativeClosestPoint<PointSource, PointTarget, Scalar>::prepareCriteria()
+{
+  auto& criteria = *this->convergence_criteria_;
+  if (auto* own = dynamic_cast<ConvergenceCriteria*>(&criteria))
+    own->startAfresh();
+  criteria.setMaximumIterations(this->max_iterations_);
+  criteria.setRelativeMSE(this->euclidean_fitness_epsilon_);
+  criteria.setTranslationThreshold(this->transformation_epsilon_);
+  criteria.setRotationThreshold(this->transformation_rotation_epsilon_ > 0 ? this->transformation_rotation_epsilon_
+                                                                           : 1.0 - this->transformation_epsilon_);
+}
+
+template <typename PointSource, typename PointTarget, typename Scalar>
+void IterativeClosestPoint<PointSource, PointTarget, Scalar>::prepareRejectors()
+{
+  this->determineRequiredBlobData();
+  const bool somebody_looks = !matcher_ || !estimatesOnDevice() || this->need_source_blob_ || this->update_visualizer_;
+  moved_source_.reset(somebody_looks ? new PointCloudSource(*this->input_) : nullptr);
+
+  pcl::PCLPointCloud2::Ptr target_blob(new pcl::PCLPointCloud2);
+  if (this->need_target_blob_)
+    pcl::toPCLPointCloud2(*this->target_, *target_blob);
+  if (this->correspondence_estimation_->requiresTargetNormals())
+    this->correspondence_estimation_->setTargetNormals(target_blob);
+  for (const auto& rejector : this->correspondence_rejectors_) {
+    if (rejector->requiresTargetPoints())
+      rejector->setTargetPoints(target_blob);
+    if (rejector->requiresTargetNormals() && this->target_has_normals_)
+      rejector->setTargetNormals(target_blob);
+  }
+}
+
+// --------------------------------------------------------------------------------------------------------- steps
+
+template <typename PointSource, typename PointTarget, typename Scalar>
+bool IterativeClosestPoint<PointSource, PointTarget, Scalar>::match(const RigidTransform& pose)
+{
+  this->previous_transformation_ = this->transformation_;
+  {
+    const Stopwatch watch(result_.host_times, "search");
+    findCorrespondences(pose);
+  }
+  rejectCorrespondences();
+  if (this->nr_iterations_ == 0)
+    result_.rmse_before = detail::rootMeanSquare(*this->correspondences_);
+
+  if (this->correspondences_->size() >= this->min_number_correspondences_)
+    return true;
+  PCL_ERROR("[pcl_gpu_icp::%s::computeTransformation] Not enough correspondences found. Relax your threshold "
+            "parameters.\n",
+            this->getClassName().c_str());
+  this->convergence_criteria_->setConvergenceState(ConvergenceCriteria::CONVERGENCE_CRITERIA_NO_CORRESPONDENCES);
+  this->converged_ = false;
+  return false;
+}
+
+template <typename PointSource, typename PointTarget, typename Scalar>
+void IterativeClosestPoint<PointSource, PointTarget, Scalar>::findCorrespondences(const RigidTransform& pose)
+{
+  if (moved_source_)
+    this->transformCloud(*this->input_, *moved_source_, this->final_transformation_);
+  if (!matcher_) {
+    if (this->correspondence_estimation_ == default_correspondence_estimation_ && !this->use_reciprocal_correspondence_)
+      queryCallersSearch();
+    else
+      queryCallersCorrespondenceEstimation();
+    return;
+  }
+  matches_ = matcher_->match(pose);
+  this->correspondences_->resize(matches_.size());
+  for (std::size_t i = 0; i < matches_.size(); ++i)
+    (*this->correspondences_)[i] = {matches_[i].source, matches_[i].target, matches_[i].squared_distance};
+}
+
+template <typename PointSource, typename PointTarget, typename Scalar>
+void IterativeClosestPoint<PointSource, PointTarget, Scalar>::queryCallersSearch()
+{
+  const double limit = this->corr_dist_threshold_ * this->corr_dist_threshold_;
+  pcl::Correspondences nearest(finite_indices_->size());
+  search::parallelFor(nearest.size(), result_.threads, [&](std::size_t begin, std::size_t end) {
+    pcl::Indices index(1);
+    std::vector<float> distance(1);
+    PointTarget query;
+    for (std::size_t i = begin; i < end; ++i) {
+      const auto source = (*finite_indices_)[i];
+      pcl::copyPoint((*moved_source_)[source], query);
+      const bool found = this->tree_->nearestKSearch(query, 1, index, distance) > 0 && distance[0] <= limit;
+      nearest[i] = {source, found ? index[0] : pcl::UNAVAILABLE, distance[0]};
+    }
+  });
+  this->correspondences_->clear();
+  for (const pcl::Correspondence& c : nearest)
+    if (c.index_match != pcl::UNAVAILABLE)
+      this->correspondences_->push_back(c);
+}
+
+template <typename PointSource, typename PointTarget, typename Scalar>
+void IterativeClosestPoint<PointSource, PointTarget, Scalar>::queryCallersCorrespondenceEstimation()
+{
+  auto& estimation = *this->correspondence_estimation_;
+  estimation.setInputSource(moved_source_);
+  if (finite_indices_->size() < this->input_->size())
+    estimation.setIndicesSource(finite_indices_);
+  if (estimation.requiresSourceNormals()) {
+    pcl::PCLPointCloud2::Ptr blob(new pcl::PCLPointCloud2);
+    pcl::toPCLPointCloud2(*moved_source_, *blob);
+    estimation.setSourceNormals(blob);
+  }
+  if (this->use_reciprocal_correspondence_)
+    estimation.determineReciprocalCorrespondences(*this->correspondences_, this->corr_dist_threshold_);
+  else
+    estimation.determineCorrespondences(*this->correspondences_, this->corr_dist_threshold_);
+}
+
+template <typename PointSource, typename PointTarget, typename Scalar>
+void IterativeClosestPoint<PointSource, PointTarget, Scalar>::rejectCorrespondences()
+{
+  pcl::PCLPointCloud2::Ptr source_blob;
+  if (this->need_source_blob_) {
+    source_blob.reset(new pcl::PCLPointCloud2);
+    pcl::toPCLPointCloud2(*moved_source_, *source_blob);
+  }
+  for (const auto& rejector : this->correspondence_rejectors_) {
+    if (rejector->requiresSourcePoints())
+      rejector->setSourcePoints(source_blob);
+    if (rejector->requiresSourceNormals() && this->source_has_normals_)
+      rejector->setSourceNormals(source_blob);
+    rejector->setInputCorrespondences(pcl::make_shared<pcl::Correspondences>(*this->correspondences_));
+    rejector->getCorrespondences(*this->correspondences_);
+  }
+  if (matcher_ && this->correspondence_rejectors_.empty())
+    return;
+  matches_.clear();
+  for (const pcl::Correspondence& c : *this->correspondences_)
+    matches_.push_back({c.index_query, c.index_match, c.distance});
+}
+
+template <typename PointSource, typename PointTarget, typename Scalar>
+RigidTransform IterativeClosestPoint<PointSource, PointTarget, Scalar>::estimateIncrement(const RigidTransform& pose)
+{
+  if (!estimatesOnDevice()) {
+    this->transformation_estimation_->estimateRigidTransformation(
+        *moved_source_, *this->target_, *this->correspondences_, this->transformation_);
+    return detail::toRigidTransform<Scalar>(this->transformation_);
+  }
+  const Stopwatch watch(result_.host_times, "estimate");
+  const Estimate estimate = estimator_->estimate(matches_.data(), matches_.size(), pose);
+  result_.degeneracy = estimate.degeneracy;
+  // The criteria look at how far the increment moves the origin: R and t are rounded each for itself here.
+  this->transformation_ = detail::toMatrix<Scalar>(estimate.transform);
+  return estimate.transform;
+}
+
+template <typename PointSource, typename PointTarget, typename Scalar>
+bool IterativeClosestPoint<PointSource, PointTarget, Scalar>::finished(const RigidTransform& /*increment*/,
+                                                                       const RigidTransform& pose)
+{
+  const auto anchor = estimatesOnDevice() ? estimator_->sourcePivot() : std::array<double, 3>{};
+  this->final_transformation_ = detail::toMatrix<Scalar>(rounded<Scalar>(pose, anchor));
+  ++this->nr_iterations_;
+
+  if (iteration_callback_)
+    iteration_callback_(this->nr_iterations_, detail::rootMeanSquare(*this->correspondences_));
+  if (this->update_visualizer_) {
+    this->transformCloud(*this->input_, *moved_source_, this->final_transformation_);
+    pcl::Indices source_indices, target_indices;
+    for (const pcl::Correspondence& c : *this->correspondences_) {
+      source_indices.push_back(c.index_query);
+      target_indices.push_back(c.index_match);
+    }
+    this->update_visualizer_(*moved_source_, source_indices, *this->target_, target_indices);
+  }
+
+  this->converged_ = static_cast<bool>(*this->convergence_criteria_);
+  return this->convergence_criteria_->getConvergenceState() != ConvergenceCriteria::CONVERGENCE_CRITERIA_NOT_CONVERGED;
+}
+
+template <typename PointSource, typename PointTarget, typename Scalar>
+void IterativeClosestPoint<PointSource, PointTarget, Scalar>::report(const RigidTransform& pose)
+{
+  result_.reason = detail::reasonOf(this->convergence_criteria_->getConvergenceState());
+  result_.inliers = this->correspondences_->size();
+  result_.rmse =
+      search::rootMeanSquareDistance(matches_, search::pointsOf(*this->input_), search::pointsOf(*this->target_), pose);
+  result_.requests = stageRequests(matches_.size());
+  if (estimatesOnDevice())
+    result_.device_times = estimator_->takeTimes();
+}
+
+// ------------------------------------------------------------------------------------------------------- results
+
+template <typename PointSource, typename PointTarget, typename Scalar>
+void IterativeClosestPoint<PointSource, PointTarget, Scalar>::transformCloud(const PointCloudSource& input,
+                                                                             PointCloudSource& output,
+                                                                             const Matrix4& transform)
+{
+  const RigidTransform pose = detail::toRigidTransform<Scalar>(transform);
+  RigidTransform rotation = pose;
+  rotation.translation = {0, 0, 0};
+  const std::size_t point_fields[] = {this->x_idx_offset_, this->y_idx_offset_, this->z_idx_offset_};
+  const std::size_t normal_fields[] = {this->nx_idx_offset_, this->ny_idx_offset_, this->nz_idx_offset_};
+  // False where a coordinate is not finite: such values stay as they are.
+  const auto apply =
+      [](const RigidTransform& map, const std::size_t* offsets, const PointSource& from, PointSource& to) {
+        float in[3];
+        for (int i = 0; i < 3; ++i)
+          std::memcpy(&in[i], reinterpret_cast<const char*>(&from) + offsets[i], sizeof(float));
+        if (!std::isfinite(in[0]) || !std::isfinite(in[1]) || !std::isfinite(in[2]))
+          return false;
+        const auto out = map(in[0], in[1], in[2]);
+        for (int i = 0; i < 3; ++i) {
+          const float value = static_cast<float>(out[i]);
+          std::memcpy(reinterpret_cast<char*>(&to) + offsets[i], &value, sizeof(float));
+        }
+        return true;
+      };
+  for (std::size_t i = 0; i < input.size(); ++i)
+    if (apply(pose, point_fields, input[i], output[i]) && this->source_has_normals_)
+      apply(rotation, normal_fields, input[i], output[i]);
+}
+
+template <typename PointSource, typename PointTarget, typename Scalar>
+double IterativeClosestPoint<PointSource, PointTarget, Scalar>::getFitnessScore(double max_range)
+{
+  if (!this->input_ || !this->target_)
+    return std::numeric_limits<double>::max();
+  const bool every_point = !this->indices_ || this->indices_->empty();
+  const std::size_t count = every_point ? this->input_->size() : this->indices_->size();
+  const RigidTransform pose = detail::toRigidTransform<Scalar>(this->final_transformation_);
+  std::vector<float> squared_distances(count, std::numeric_limits<float>::quiet_NaN());
+  search::parallelFor(count, getNumberOfThreads(), [&](std::size_t begin, std::size_t end) {
+    pcl::Indices index(1);
+    std::vector<float> distance(1);
+    PointTarget query;
+    for (std::size_t i = begin; i < end; ++i) {
+      const PointSource& point = (*this->input_)[every_point ? i : (*this->indices_)[i]];
+      if (!pcl::isXYZFinite(point))
+        continue;
+      const auto x = pose(point.x, point.y, point.z);
+      pcl::copyPoint(point, query);
+      query.x = static_cast<float>(x[0]);
+      query.y = static_cast<float>(x[1]);
+      query.z = static_cast<float>(x[2]);
+      if (this->tree_->nearestKSearch(query, 1, index, distance) > 0)
+        squared_distances[i] = distance[0];
+    }
+  });
+  double sum = 0;
+  std::size_t within_range = 0;
+  for (const float squared_distance : squared_distances)
+    if (squared_distance <= max_range) {
+      sum += squared_distance;
+      ++within_range;
+    }
+  return within_range > 0 ? sum / static_cast<double>(within_range) : std::numeric_limits<double>::max();
+}
+
+} // namespace pcl_gpu_icp

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <stdexcept>
+#include <string>
+
+namespace pcl_gpu_icp::cli {
+
+enum class ExitCode {
+  Success = 0,
+  NotConverged = 1, ///< it ran, but did not converge, or the results compared differ
+  Usage = 2,
+  Input = 3,
+  Device = 4,
+  Output = 5,
+  Internal = 70,
+};
+
+/// Ends the command: what() is the one line for stderr and says what is wrong and where.
+class Failure : public std::runtime_error {
+public:
+  Failure(ExitCode code, const std::string& line)
+  : std::runtime_error(line)
+  , code_(code)
+  {
+  }
+  ExitCode code() const noexcept { return code_; }
+
+private:
+  ExitCode code_;
+};
+
+} // namespace pcl_gpu_icp::cli

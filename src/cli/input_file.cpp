@@ -1,0 +1,48 @@
+#include "cli/input_file.h"
+
+#include <cerrno>
+#include <cstring>
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+namespace pcl_gpu_icp::cli {
+
+Failure inputFailure(const std::string& path, const std::string& why)
+{
+  return Failure(ExitCode::Input, path + ": " + why);
+}
+
+std::string readFile(const std::string& path)
+{
+  // Without O_NONBLOCK opening a pipe would wait for its writer.
+  const int file = open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
+  if (file < 0)
+    throw inputFailure(path, std::strerror(errno));
+  struct Closer {
+    int file;
+    ~Closer() { close(file); }
+  } closer{file};
+  struct stat status;
+  if (fstat(file, &status) != 0)
+    throw inputFailure(path, std::strerror(errno));
+  if (!S_ISREG(status.st_mode))
+    throw inputFailure(path, S_ISDIR(status.st_mode) ? "is a directory" : "is not a regular file");
+
+  std::string content(static_cast<std::size_t>(status.st_size), '\0');
+  std::size_t filled = 0;
+  while (filled < content.size()) {
+    const ssize_t count = read(file, content.data() + filled, content.size() - filled);
+    if (count < 0 && errno == EINTR)
+      continue;
+    if (count < 0)
+      throw inputFailure(path, std::strerror(errno));
+    if (count == 0)
+      break;
+    filled += static_cast<std::size_t>(count);
+  }
+  content.resize(filled);
+  return content;
+}
+
+} // namespace pcl_gpu_icp::cli

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <pcl_gpu_icp/result.h>
+#include <pcl_gpu_icp/rigid_transform.h>
+
+#include <CLI/CLI.hpp>
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace pcl_gpu_icp::cli {
+
+/// What align and compare have in common. An unset value leaves PCL's default.
+struct AlignmentOptions {
+  std::string source;
+  std::string target;
+  std::string guess; ///< a file name or 16 numbers
+  std::optional<double> max_distance;
+  int iterations = 100;
+  std::optional<double> translation_epsilon; ///< a distance
+  std::optional<double> rotation_epsilon;    ///< degrees
+  std::optional<double> fitness_epsilon;
+  std::optional<double> leaf;
+  bool reciprocal = false;
+  std::optional<double> trim;
+  bool drop_zero_returns = false;
+  CorrespondenceSearch search = CorrespondenceSearch::PclKdTree;
+  Pipeline pipeline = Pipeline::Fused;
+  std::string device;
+  unsigned threads = 0;
+  std::string json; ///< a file name, or "-" for standard output
+  bool force = false;
+  bool quiet = false;
+};
+
+void addAlignmentOptions(CLI::App& command, AlignmentOptions& options);
+
+/// A finite number above zero, for arguments.
+CLI::Validator positiveNumber();
+
+/// Joins the 16 numbers that may follow --guess into one argument, so that they cannot be taken for file names, nor
+/// file names for them.
+std::vector<std::string> joinGuess(std::vector<std::string> arguments);
+
+/// The guess that an argument names, or the identity where it is empty.
+/// \throws Failure (Usage) for numbers, (Input) for a file, that are not a rigid transform
+RigidTransform readGuess(const std::string& argument);
+
+} // namespace pcl_gpu_icp::cli

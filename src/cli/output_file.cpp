@@ -1,0 +1,125 @@
+#include "cli/output_file.h"
+
+#include "cli/failure.h"
+
+#include <cerrno>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <fcntl.h>
+#include <filesystem>
+#include <sys/stat.h>
+#include <unistd.h>
+
+namespace pcl_gpu_icp::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string lastError() { return std::strerror(errno); }
+
+bool writeAll(int file, std::string_view content)
+{
+  while (!content.empty()) {
+    const ssize_t written = ::write(file, content.data(), content.size());
+    if (written < 0 && errno == EINTR)
+      continue;
+    if (written < 0)
+      return false;
+    content.remove_prefix(static_cast<std::size_t>(written));
+  }
+  return true;
+}
+
+bool renamed(const std::string& from, const std::string& to, bool overwrite)
+{
+  if (overwrite)
+    return rename(from.c_str(), to.c_str()) == 0;
+  if (renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), RENAME_NOREPLACE) == 0)
+    return true;
+  if (errno != EINVAL && errno != ENOSYS)
+    return false;
+  // A file system without RENAME_NOREPLACE.
+  if (access(to.c_str(), F_OK) == 0) {
+    errno = EEXIST;
+    return false;
+  }
+  return rename(from.c_str(), to.c_str()) == 0;
+}
+
+mode_t defaultMode()
+{
+  const mode_t mask = umask(0);
+  umask(mask);
+  return 0666 & ~mask;
+}
+
+} // namespace
+
+OutputFile::OutputFile(std::string option, const std::string& path, bool overwrite)
+: option_(std::move(option))
+, path_(path)
+, overwrite_(overwrite)
+{
+  std::error_code error;
+  const fs::path location = fs::weakly_canonical(path_, error);
+  if (error)
+    fail(error.message());
+  location_ = location.string();
+  const fs::path directory = location.parent_path();
+  if (!fs::is_directory(directory, error))
+    fail("there is no directory " + directory.string());
+  const fs::file_status status = fs::symlink_status(location, error);
+  if (fs::exists(status)) {
+    if (!fs::is_regular_file(status))
+      fail("exists and is not a regular file");
+    if (!overwrite_)
+      fail("exists; --force overwrites it");
+    if (access(location_.c_str(), W_OK) != 0)
+      fail(lastError());
+  }
+  if (access(directory.c_str(), W_OK | X_OK) != 0)
+    fail("directory " + directory.string() + ": " + lastError());
+}
+
+OutputFile::~OutputFile()
+{
+  if (!temporary_.empty())
+    unlink(temporary_.c_str());
+}
+
+void OutputFile::fail(const std::string& why) const
+{
+  throw Failure(ExitCode::Output, option_ + " " + path_ + ": " + why);
+}
+
+void OutputFile::write(std::string_view content)
+{
+  const fs::path location(location_);
+  std::string name = (location.parent_path() / ".pcl_gpu_icp.XXXXXX").string();
+  const int file = mkstemp(name.data());
+  if (file < 0)
+    fail(lastError());
+  temporary_ = name;
+  struct stat existing;
+  const mode_t mode = stat(location_.c_str(), &existing) == 0 ? existing.st_mode & 07777 : defaultMode();
+  const bool written = writeAll(file, content) && fchmod(file, mode) == 0 && fsync(file) == 0;
+  const std::string error = lastError();
+  if (close(file) != 0 || !written)
+    fail(written ? lastError() : error);
+}
+
+void OutputFile::commit()
+{
+  if (!renamed(temporary_, location_, overwrite_))
+    fail(errno == EEXIST ? "appeared meanwhile; --force overwrites it" : lastError());
+  temporary_.clear();
+}
+
+void writeToStandardOutput(std::string_view text)
+{
+  if (!writeAll(STDOUT_FILENO, text))
+    throw Failure(ExitCode::Output, "standard output: " + lastError());
+}
+
+} // namespace pcl_gpu_icp::cli

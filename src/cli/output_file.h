@@ -1,0 +1,44 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace pcl_gpu_icp::cli {
+
+/// A file that appears whole or not at all: the content goes to a temporary file beside it, which takes its name last.
+class OutputFile {
+public:
+  /// Finds out before any work is done whether the file can be written.
+  /// \param option the argument that names it, for messages
+  /// \throws Failure (Output) where it exists and `overwrite` is not set, or cannot be written
+  OutputFile(std::string option, const std::string& path, bool overwrite);
+  ~OutputFile();
+  OutputFile(const OutputFile&) = delete;
+  OutputFile& operator=(const OutputFile&) = delete;
+
+  /// \throws Failure (Output)
+  void write(std::string_view content);
+  /// Gives what was written its name.
+  void commit();
+
+  const std::string& option() const { return option_; }
+  const std::string& path() const { return path_; }
+
+  /// Where the file really is: symbolic links followed.
+  const std::string& location() const { return location_; }
+
+private:
+  [[noreturn]] void fail(const std::string& why) const;
+
+  std::string option_;
+  std::string path_;
+  std::string location_;
+  std::string temporary_; ///< empty while there is none
+  bool overwrite_;
+};
+
+/// \throws Failure (Output) when the text does not get there
+void writeToStandardOutput(std::string_view text);
+
+} // namespace pcl_gpu_icp::cli

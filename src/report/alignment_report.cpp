@@ -1,0 +1,131 @@
+#include "report/alignment_report.h"
+
+#include "report/format.h"
+#include "report/json.h"
+#include "report/matrix.h"
+
+namespace pcl_gpu_icp::report {
+namespace {
+
+std::string cloudText(const char* role, const std::string& file, const PointCounts& points)
+{
+  std::string dropped;
+  const auto add = [&dropped](std::size_t count, const char* why) {
+    if (count > 0)
+      dropped += (dropped.empty() ? "" : ", ") + std::to_string(count) + " " + why;
+  };
+  add(points.non_finite, "not finite");
+  add(points.zero_returns, "zero returns");
+  add(points.downsampled, "merged by the voxel grid");
+  add(points.coincident, "coincident with another");
+  std::string text = format("%-11s", role) + file;
+  text += format(": %zu points, %zu used", points.in_file, points.used);
+  return text + (dropped.empty() ? "\n" : " (dropped: " + dropped + ")\n");
+}
+
+const char* improvement(const AlignmentResult& result)
+{
+  if (result.rmse < result.rmse_before)
+    return "improved";
+  return result.rmse > result.rmse_before ? "got worse" : "unchanged";
+}
+
+const char* degeneracyText(Degeneracy degeneracy)
+{
+  switch (degeneracy) {
+  case Degeneracy::None:
+    return "no";
+  case Degeneracy::Line:
+    return "yes: all matched points lie on one line, so the rotation about it is not determined";
+  case Degeneracy::Point:
+    return "yes: all matched points are at one place, so the rotation is not determined";
+  case Degeneracy::Empty:
+    return "yes: no points were matched, so nothing is determined";
+  }
+  return "unknown";
+}
+
+/// Host and device times under one roof: "total" of the engine is "align", the device's entries carry a prefix.
+std::map<std::string, double> allTimes(const AlignmentReport& report)
+{
+  std::map<std::string, double> times = report.command_times_ms;
+  for (const auto& [what, time] : report.result.host_times)
+    times[what == "total" ? "align" : what] = time.milliseconds;
+  for (const auto& [what, time] : report.result.device_times)
+    times["device_" + what] = time.milliseconds;
+  return times;
+}
+
+std::string timesText(const std::map<std::string, double>& times)
+{
+  std::string text;
+  for (const auto& [what, milliseconds] : times)
+    text += format("  %-22s %10.1f ms\n", what.c_str(), milliseconds);
+  return text;
+}
+
+Json droppedJson(const PointCounts& points)
+{
+  return {{"non_finite", points.non_finite},
+          {"zero_returns", points.zero_returns},
+          {"downsampled", points.downsampled},
+          {"coincident", points.coincident}};
+}
+
+} // namespace
+
+std::string toText(const AlignmentReport& report)
+{
+  const AlignmentResult& result = report.result;
+  std::string text = cloudText("source", report.source, report.source_points);
+  text += cloudText("target", report.target, report.target_points);
+  text += "device     " + result.device.name + " (" + toString(result.device.type) + ", " + result.device.platform +
+          ", driver " + result.device.driver + ")\n";
+  text += format("search     %s, %u threads; pipeline %s, %s precision\n",
+                 toString(result.search),
+                 result.threads,
+                 toString(result.pipeline),
+                 toString(result.precision));
+  text += format("result     %s: %s, %d iterations\n",
+                 result.converged ? "converged" : "did not converge",
+                 toString(result.reason),
+                 result.iterations);
+  text += format("RMSE       %.6g before, %.6g after (%s)\n", result.rmse_before, result.rmse, improvement(result));
+  text += format("inliers    %zu\n", result.inliers);
+  text += report.fitness_score
+              ? format("fitness    %.6g (mean squared distance to the nearest target point)\n", *report.fitness_score)
+              : std::string("fitness    undefined\n");
+  text += std::string("degenerate ") + degeneracyText(result.degeneracy) + "\n";
+  text += "transform\n" + matrixText(report.transform);
+  text += "times\n" + timesText(allTimes(report));
+  return text;
+}
+
+std::string toJson(const AlignmentReport& report)
+{
+  const AlignmentResult& result = report.result;
+  Json json;
+  json["source"] = report.source;
+  json["target"] = report.target;
+  json["points"] = {
+      {"source", report.source_points.used},
+      {"target", report.target_points.used},
+      {"dropped", {{"source", droppedJson(report.source_points)}, {"target", droppedJson(report.target_points)}}}};
+  json["device"] = deviceJson(result.device);
+  json["search"] = toString(result.search);
+  json["pipeline"] = toString(result.pipeline);
+  json["transform"] = matrixJson(report.transform);
+  json["converged"] = result.converged;
+  json["reason"] = toString(result.reason);
+  json["iterations"] = result.iterations;
+  json["inliers"] = result.inliers;
+  json["rmse"] = result.inliers > 0 ? Json(result.rmse) : Json();
+  json["rmse_before"] = result.inliers > 0 ? Json(result.rmse_before) : Json();
+  json["fitness_score"] = report.fitness_score ? Json(*report.fitness_score) : Json();
+  json["degenerate"] = toString(result.degeneracy);
+  json["times_ms"] = allTimes(report);
+  json["times_ms"]["total"] = report.command_times_ms.at("total");
+  return dump(json);
+}
+
+} // namespace pcl_gpu_icp::report

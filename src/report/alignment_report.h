@@ -1,0 +1,39 @@
+#pragma once
+
+#include <pcl_gpu_icp/result.h>
+#include <pcl_gpu_icp/rigid_transform.h>
+
+#include <cstddef>
+#include <map>
+#include <optional>
+#include <string>
+
+namespace pcl_gpu_icp::report {
+
+/// What became of the points of a file before the alignment saw them.
+struct PointCounts {
+  std::size_t in_file = 0;
+  std::size_t non_finite = 0;   ///< a coordinate is NaN, infinite or beyond float
+  std::size_t zero_returns = 0; ///< exactly at (0, 0, 0), dropped on request
+  std::size_t downsampled = 0;  ///< merged with others by the voxel grid
+  std::size_t coincident = 0;   ///< target only: repeat another point
+  std::size_t used = 0;
+};
+
+struct AlignmentReport {
+  std::string source; ///< file names as given
+  std::string target;
+  PointCounts source_points;
+  PointCounts target_points;
+  AlignmentResult result;
+  RigidTransform transform; ///< source to target, in the coordinates of the files
+  std::optional<double> fitness_score;
+  std::map<std::string, double> command_times_ms; ///< what the command did around the alignment, and "total"
+};
+
+std::string toText(const AlignmentReport& report);
+
+/// As docs/align.schema.json describes.
+std::string toJson(const AlignmentReport& report);
+
+} // namespace pcl_gpu_icp::report

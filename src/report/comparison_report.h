@@ -1,0 +1,52 @@
+#pragma once
+
+#include <pcl_gpu_icp/result.h>
+#include <pcl_gpu_icp/rigid_transform.h>
+
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <string>
+
+namespace pcl_gpu_icp::report {
+
+/// One implementation's run.
+struct Run {
+  bool converged = false;
+  Reason reason = Reason::NotRun;
+  int iterations = 0;
+  double time_ms = 0;                  ///< align(), tree and device start included
+  std::optional<double> rmse;          ///< over source points with a target point within the maximum distance
+  std::optional<double> fitness_score; ///< PCL's: mean squared distance over all source points
+  RigidTransform transform;            ///< source to target, in the coordinates of the files
+};
+
+struct Difference {
+  double degrees = 0; ///< angle of the rotation from one transform to the other
+  double metres = 0;  ///< distance between the two images of the source's centroid, in the unit of the files
+};
+
+struct ComparisonReport {
+  std::string source; ///< file names as given
+  std::string target;
+  std::size_t source_points = 0; ///< used
+  std::size_t target_points = 0;
+  Run stock;
+  Run plugin;
+  double plugin_start_ms = 0; ///< device and kernels, part of the plugin's time
+  DeviceInfo device;
+  Pipeline pipeline = Pipeline::Fused;
+  std::array<double, 3> centroid{}; ///< of the source
+  Difference difference;
+  Difference tolerance;
+
+  bool bothConverged() const { return stock.converged && plugin.converged; }
+  bool agree() const { return difference.degrees <= tolerance.degrees && difference.metres <= tolerance.metres; }
+};
+
+Difference differenceOf(const RigidTransform& a, const RigidTransform& b, const std::array<double, 3>& centroid);
+
+std::string toText(const ComparisonReport& report);
+std::string toJson(const ComparisonReport& report);
+
+} // namespace pcl_gpu_icp::report

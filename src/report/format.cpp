@@ -1,0 +1,21 @@
+#include "report/format.h"
+
+#include <cstdarg>
+#include <cstdio>
+
+namespace pcl_gpu_icp::report {
+
+std::string format(const char* pattern, ...)
+{
+  va_list arguments;
+  va_start(arguments, pattern);
+  va_list measured;
+  va_copy(measured, arguments);
+  std::string text(std::vsnprintf(nullptr, 0, pattern, measured), '\0');
+  va_end(measured);
+  std::vsnprintf(text.data(), text.size() + 1, pattern, arguments);
+  va_end(arguments);
+  return text;
+}
+
+} // namespace pcl_gpu_icp::report

@@ -1,0 +1,27 @@
+#pragma once
+
+#include "report/matrix.h"
+
+#include <pcl_gpu_icp/device.h>
+
+#include <nlohmann/json.hpp>
+
+#include <string>
+
+namespace pcl_gpu_icp::report {
+
+using Json = nlohmann::ordered_json;
+
+/// Indented, with a line break at the end. NaN and infinities, which JSON does not have, become null.
+inline std::string dump(const Json& json) { return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n"; }
+
+/// The device as every report names it.
+inline Json deviceJson(const DeviceInfo& device)
+{
+  return {
+      {"name", device.name}, {"platform", device.platform}, {"driver", device.driver}, {"type", toString(device.type)}};
+}
+
+inline Json matrixJson(const RigidTransform& transform) { return Json(toMatrix(transform)); }
+
+} // namespace pcl_gpu_icp::report

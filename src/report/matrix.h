@@ -1,0 +1,20 @@
+#pragma once
+
+#include <pcl_gpu_icp/rigid_transform.h>
+
+#include <array>
+#include <string>
+
+namespace pcl_gpu_icp::report {
+
+using Matrix4 = std::array<std::array<double, 4>, 4>;
+
+Matrix4 toMatrix(const RigidTransform& transform);
+
+/// Four lines of four numbers with every digit of a double.
+std::string matrixFile(const RigidTransform& transform);
+
+/// Four indented lines of four aligned columns, for reading.
+std::string matrixText(const RigidTransform& transform);
+
+} // namespace pcl_gpu_icp::report

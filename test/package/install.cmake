@@ -1,0 +1,10 @@
+# Installs BUILD into an empty PREFIX and checks that what REP-136 asks for is there.
+file(REMOVE_RECURSE ${PREFIX})
+execute_process(COMMAND ${CMAKE_COMMAND} --install ${BUILD} --prefix ${PREFIX} COMMAND_ERROR_IS_FATAL ANY
+                OUTPUT_QUIET)
+foreach(file share/pcl_gpu_icp/package.xml share/ament_index/resource_index/packages/pcl_gpu_icp
+             include/pcl_gpu_icp/icp.h include/pcl_gpu_icp/version.h ${LIBDIR}/libpcl_gpu_icp.so)
+  if(NOT EXISTS ${PREFIX}/${file})
+    message(FATAL_ERROR "the installed tree has no ${file}")
+  endif()
+endforeach()

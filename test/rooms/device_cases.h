@@ -1,0 +1,58 @@
+#pragma once
+
+#include "opencl/context.h"
+
+#include <pcl_gpu_icp/device.h>
+#include <pcl_gpu_icp/result.h>
+
+#include <gtest/gtest.h>
+
+#include <cstddef>
+#include <ostream>
+#include <string>
+#include <vector>
+
+namespace pcl_gpu_icp::test {
+
+/// A device and one of the ways the kernels can be laid out on it.
+struct DeviceCase {
+  Device device;
+  opencl::Traits traits;
+  Precision precision = Precision::Float;
+
+  /// Letters, digits and underscores, e.g. "P0D0_Chunked_Float_Mapped".
+  std::string name() const;
+
+  /// The largest number of points to spend on this case: devices that interpret or emulate are slow. The environment
+  /// variable STAGES_TEST_MAX_POINTS lowers it, for running under oclgrind.
+  std::size_t mostPoints() const;
+
+  /// 1, 2, 3, work-group and block sizes with their neighbours, and `largest`: those within mostPoints().
+  std::vector<std::size_t> sizes(std::size_t largest = 100'000) const;
+
+  /// Spacing of the numbers that the device sums in, relative to 1.
+  double epsilon() const;
+};
+
+/// Every OpenCL device x kernel shape x precision that the device has x mapped and staged memory.
+/// Empty when there is none, which Devices.AtLeastOneIsThere reports as a failure.
+const std::vector<DeviceCase>& deviceCases();
+
+std::ostream& operator<<(std::ostream& stream, const DeviceCase& device_case);
+
+/// A test that runs on every DeviceCase.
+class OnEveryDevice : public testing::TestWithParam<DeviceCase> {};
+
+template <typename Case>
+std::string nameOf(const testing::TestParamInfo<Case>& info)
+{
+  return info.param.name();
+}
+
+} // namespace pcl_gpu_icp::test
+
+#define RUN_ON_EVERY_DEVICE(Suite)                                                                                     \
+  INSTANTIATE_TEST_SUITE_P(,                                                                                           \
+                           Suite,                                                                                      \
+                           testing::ValuesIn(::pcl_gpu_icp::test::deviceCases()),                                      \
+                           ::pcl_gpu_icp::test::nameOf<::pcl_gpu_icp::test::DeviceCase>)

@@ -1,0 +1,226 @@
+// Queue: data to the device and back, launches, limits, times.
+#include "device_cases.h"
+#include "opencl/queue.h"
+#include "scoped_directory.h"
+#include "scoped_environment.h"
+
+#include <pcl_gpu_icp/error.h>
+
+#include <cstring>
+#include <numeric>
+#include <vector>
+
+namespace pcl_gpu_icp::test {
+
+using opencl::Buffer;
+using opencl::Queue;
+using opencl::Traits;
+
+class QueueOf : public OnEveryDevice {
+protected:
+  QueueOf()
+  : kernels_("PCL_GPU_ICP_KERNEL_DIR", directory_.path())
+  {
+    directory_.write("double.cl",
+                     "kernel void twice(global int* values, int n)\n"
+                     "{\n"
+                     "  const int i = get_global_id(0);\n"
+                     "  if (i < n)\n"
+                     "    values[i] *= 2;\n"
+                     "}\n");
+  }
+
+  Queue& queue() { return queue_; }
+
+  void upload(Buffer& buffer, const std::vector<int>& values)
+  {
+    const std::size_t bytes = values.size() * sizeof(int);
+    queue_.upload(buffer, bytes, [&](void* memory) { std::memcpy(memory, values.data(), bytes); });
+  }
+
+  std::vector<int> download(const Buffer& buffer, std::size_t n)
+  {
+    std::vector<int> values(n);
+    const auto copy = [&](const void* memory) { std::memcpy(values.data(), memory, n * sizeof(int)); };
+    queue_.download(buffer, n * sizeof(int), copy);
+    return values;
+  }
+
+  void twice(Buffer& buffer, std::size_t n)
+  {
+    queue_.launch("twice", {"double.cl", "twice"}, {cl::NDRange(n), cl::NDRange(1)}, buffer, cl_int(n));
+  }
+
+private:
+  ScopedDirectory directory_;
+  ScopedEnvironment kernels_;
+  Queue queue_{GetParam().device, GetParam().traits, "-cl-std=CL1.2"};
+};
+
+TEST_P(QueueOf, RunsAKernelOnWhatWasUploaded)
+{
+  Buffer buffer("integers");
+  std::vector<int> values(1000);
+  std::iota(values.begin(), values.end(), 0);
+  upload(buffer, values);
+  twice(buffer, values.size());
+  const auto doubled = download(buffer, values.size());
+  for (std::size_t i = 0; i < values.size(); ++i)
+    ASSERT_EQ(doubled[i], 2 * values[i]);
+}
+
+TEST_P(QueueOf, BuffersGrowAndKeepTheirRoom)
+{
+  Buffer buffer("integers");
+  upload(buffer, {1, 2, 3});
+  const std::size_t small = buffer.capacity();
+  EXPECT_GE(small, 3 * sizeof(int));
+  const std::vector<int> many(5000, 7);
+  upload(buffer, many);
+  const std::size_t large = buffer.capacity();
+  EXPECT_GE(large, many.size() * sizeof(int));
+  EXPECT_EQ(download(buffer, many.size()), many);
+  upload(buffer, {4, 5});
+  EXPECT_EQ(buffer.capacity(), large);
+  EXPECT_EQ(download(buffer, 2), (std::vector<int>{4, 5}));
+}
+
+TEST_P(QueueOf, NothingIsUploadedAsNothing)
+{
+  Buffer buffer("integers");
+  EXPECT_NO_THROW(upload(buffer, {}));
+  EXPECT_TRUE(download(buffer, 0).empty());
+}
+
+TEST_P(QueueOf, CountsCommandsByStageAndTransfer)
+{
+  Buffer buffer("integers");
+  upload(buffer, {1, 2, 3});
+  twice(buffer, 3);
+  twice(buffer, 3);
+  download(buffer, 3);
+  const auto entries = queue().takeProfile().entries;
+  ASSERT_EQ(entries.size(), 3U);
+  EXPECT_EQ(entries.at("upload").count, 1U);
+  EXPECT_EQ(entries.at("twice").count, 2U);
+  EXPECT_EQ(entries.at("download").count, 1U);
+  for (const auto& [what, entry] : entries)
+    EXPECT_GE(entry.milliseconds, 0) << what;
+  EXPECT_TRUE(queue().takeProfile().entries.empty());
+}
+
+TEST_P(QueueOf, LosesNoCommandOfManyFromItsProfile)
+{
+  Buffer buffer("integers");
+  upload(buffer, {1});
+  for (int i = 0; i < 700; ++i) {
+    twice(buffer, 1);
+    download(buffer, 1);
+  }
+  const auto entries = queue().takeProfile().entries;
+  EXPECT_EQ(entries.at("twice").count, 700U);
+  EXPECT_EQ(entries.at("download").count, 700U);
+}
+
+TEST_P(QueueOf, AnExceptionWhileFillingLeavesTheQueueUsable)
+{
+  Buffer buffer("integers");
+  const auto fail = [](void*) { throw std::runtime_error("cannot fill"); };
+  EXPECT_THROW(queue().upload(buffer, 64, fail), std::runtime_error);
+  upload(buffer, {1, 2, 3});
+  twice(buffer, 3);
+  EXPECT_EQ(download(buffer, 3), (std::vector<int>{2, 4, 6}));
+}
+
+TEST_P(QueueOf, AnExceptionWhileReadingLeavesTheQueueUsable)
+{
+  Buffer buffer("integers");
+  upload(buffer, {1, 2, 3});
+  const auto fail = [](const void*) { throw std::runtime_error("cannot read"); };
+  EXPECT_THROW(queue().download(buffer, 4, fail), std::runtime_error);
+  twice(buffer, 3);
+  EXPECT_EQ(download(buffer, 3), (std::vector<int>{2, 4, 6}));
+}
+
+TEST_P(QueueOf, AKernelThatIsNotThereIsNamed)
+{
+  Buffer buffer("integers");
+  upload(buffer, {1});
+  try {
+    queue().launch("stage", {"double.cl", "thrice"}, {cl::NDRange(1), cl::NDRange(1)}, buffer);
+    FAIL() << "nothing was thrown";
+  } catch (const DeviceError& error) {
+    EXPECT_EQ(error.code(), CL_INVALID_KERNEL_NAME);
+    EXPECT_EQ(error.kernel(), "thrice");
+    EXPECT_EQ(error.device(), GetParam().device.info().name);
+  }
+}
+
+TEST_P(QueueOf, ALaunchTheDeviceRefusesIsNamed)
+{
+  Buffer buffer("integers");
+  upload(buffer, {1});
+  const std::size_t group = 2 * GetParam().device.info().max_work_group_size;
+  try {
+    queue().launch("stage", {"double.cl", "twice"}, {cl::NDRange(group), cl::NDRange(group)}, buffer, cl_int(1));
+    FAIL() << "nothing was thrown";
+  } catch (const DeviceError& error) {
+    EXPECT_STRNE(error.codeName(), "unknown OpenCL error");
+    EXPECT_EQ(error.kernel(), "twice");
+  }
+  EXPECT_EQ(download(buffer, 1), std::vector<int>{1});
+}
+
+TEST_P(QueueOf, RefusesABufferOverTheLimitWithBothNumbers)
+{
+  Traits traits = GetParam().traits;
+  traits.max_allocation = 4096;
+  Queue limited(GetParam().device, traits, "-cl-std=CL1.2");
+  Buffer buffer("point pairs");
+  EXPECT_NO_THROW(limited.reserve(buffer, 4096));
+  EXPECT_EQ(buffer.capacity(), 4096U);
+  try {
+    limited.reserve(buffer, 4097);
+    FAIL() << "nothing was thrown";
+  } catch (const DeviceError& error) {
+    const std::string what = error.what();
+    for (const char* part : {"point pairs", "4097", "4096", "CL_MEM_OBJECT_ALLOCATION_FAILURE"})
+      EXPECT_NE(what.find(part), std::string::npos) << what;
+  }
+  EXPECT_EQ(buffer.capacity(), 4096U) << "what was there is kept";
+}
+
+RUN_ON_EVERY_DEVICE(QueueOf);
+
+TEST(TraitsOf, ReadTheAllocationLimitFromTheEnvironment)
+{
+  const ScopedEnvironment environment("PCL_GPU_ICP_MAX_ALLOCATION", "12345");
+  for (const Device& device : Device::list())
+    EXPECT_EQ(Traits::of(device.info()).max_allocation, 12345U);
+}
+
+TEST(TraitsOf, FollowTheDevice)
+{
+  DeviceInfo info;
+  info.type = DeviceInfo::Type::Cpu;
+  info.max_work_group_size = 4096;
+  info.unified_memory = info.fp64 = true;
+  info.max_allocation = 1000;
+  const Traits cpu = Traits::of(info);
+  EXPECT_EQ(cpu.shape, opencl::Shape::Chunked);
+  EXPECT_TRUE(cpu.mapped_memory);
+  EXPECT_TRUE(cpu.fp64);
+  EXPECT_EQ(cpu.work_group_size, 128U);
+  EXPECT_EQ(cpu.max_allocation, 1000U);
+
+  info.type = DeviceInfo::Type::Gpu;
+  info.max_work_group_size = 64;
+  info.unified_memory = info.fp64 = false;
+  const Traits gpu = Traits::of(info);
+  EXPECT_EQ(gpu.shape, opencl::Shape::Grouped);
+  EXPECT_FALSE(gpu.mapped_memory);
+  EXPECT_FALSE(gpu.fp64);
+  EXPECT_EQ(gpu.work_group_size, 64U);
+}
+
+} // namespace pcl_gpu_icp::test
