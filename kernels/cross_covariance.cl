@@ -2,7 +2,7 @@
 #include "pairwise_sum.h"
 
 // Entry (a, b) of H is row 3 a + b.
-inline real outer_product(global const real* restrict demeaned, uint stride, uint row, uint i)
+static inline real outer_product(global const real* restrict demeaned, uint stride, uint row, uint i)
 {
   return demeaned[row / 3 * stride + i] * demeaned[(3 + row % 3) * stride + i];
 }

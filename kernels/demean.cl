@@ -1,7 +1,7 @@
 // Stage 2: p' = p - mu_p and q' = q - mu_q. Rows as in a buffer of pairs, kept in `real`; entries past n are zero.
 #include "real.h"
 
-inline real centroid_of_row(global const RigidSolution* solution, uint row)
+static inline real centroid_of_row(global const RigidSolution* solution, uint row)
 {
   return row < 3 ? solution->source_centroid[row] : solution->target_centroid[row - 3];
 }

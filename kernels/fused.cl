@@ -98,7 +98,7 @@ kernel void fused_sums(global const float* restrict pairs, uint stride, uint n, 
 #pragma OPENCL FP_CONTRACT OFF
 
 // Everything from the sums on; `sums` and what their additions lost (Neumaier 1974) are kept apart until here.
-inline void solve(const real* sums, const real* lost, uint n, real resolution_sq, global RigidSolution* solution)
+static inline void solve(const real* sums, const real* lost, uint n, real resolution_sq, global RigidSolution* solution)
 {
   real mean[6], H[9], U[9], S[3], V[9];
   for (int i = 0; i < 6; ++i)

@@ -7,7 +7,7 @@
 // matches: n pairs of indices (source, target)
 // pose: 12 of 16 floats, rows of [R | t], from the source's frame to the target's
 // pairs: PAIR_ROWS rows of `stride` floats; entries past n are set to zero
-inline void gather_pair(uint k,
+static inline void gather_pair(uint k,
                         global const float* restrict source,
                         uint source_stride,
                         global const float* restrict target,

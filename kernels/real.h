@@ -24,7 +24,7 @@ typedef float16 real_sums;
 #include "layout.h"
 
 // The lanes' sum, always in the same order.
-inline real sum_lanes(real_lanes v)
+static inline real sum_lanes(real_lanes v)
 {
 #if LANES == 16
   const real4 a = (v.s0123 + v.s4567) + (v.s89ab + v.scdef);

@@ -4,13 +4,13 @@
 #pragma OPENCL FP_CONTRACT OFF
 
 // Scalar product 9 i + 3 j + k: inner term k of entry (i, j) of R.
-inline real rotation_term(global const RigidSolution* solution, real sign, uint product)
+static inline real rotation_term(global const RigidSolution* solution, real sign, uint product)
 {
   const uint i = product / 9, j = product / 3 % 3, k = product % 3;
   return (k == 2 ? sign : 1) * solution->V[3 * i + k] * solution->U[3 * j + k];
 }
 
-inline real sign_of(global const RigidSolution* solution)
+static inline real sign_of(global const RigidSolution* solution)
 {
   real U[9], V[9];
   for (int i = 0; i < 9; ++i) {
@@ -20,7 +20,7 @@ inline real sign_of(global const RigidSolution* solution)
   return reflection_sign(U, V);
 }
 
-inline real translation(global const RigidSolution* solution, const real* R_row, uint i)
+static inline real translation(global const RigidSolution* solution, const real* R_row, uint i)
 {
   return solution->target_centroid[i] - (R_row[0] * solution->source_centroid[0] +
                                          R_row[1] * solution->source_centroid[1] +

@@ -5,14 +5,14 @@
 #pragma OPENCL FP_CONTRACT OFF
 
 // Scalar product 9 i + 3 j + k: inner term k of entry (i, j) of G^T G.
-inline real gram_term(const real* G, uint product)
+static inline real gram_term(const real* G, uint product)
 {
   const uint i = product / 9, j = product / 3 % 3, k = product % 3;
   return G[3 * k + i] * G[3 * k + j];
 }
 
 // H over its largest entry, so that H^T H neither overflows nor underflows.
-inline void scaled_copy(global const real* H, real* G)
+static inline void scaled_copy(global const real* H, real* G)
 {
   real scale = 0;
   for (int i = 0; i < 9; ++i)
@@ -21,7 +21,7 @@ inline void scaled_copy(global const real* H, real* G)
     G[i] = scale > 0 ? H[i] / scale : 0;
 }
 
-inline void decompose(const real* gram, uint n, real resolution_sq, global RigidSolution* solution)
+static inline void decompose(const real* gram, uint n, real resolution_sq, global RigidSolution* solution)
 {
   // A symmetric matrix's columns, orthogonalised from the right, leave its eigenvectors in V.
   real A[9], H[9], U[9], S[3], V[9];

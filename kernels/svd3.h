@@ -9,7 +9,7 @@
 #define MAX_SWEEPS 16
 
 // Rotates columns i and j of the row-major 3x3 matrix m by (c, s).
-inline void rotate_columns(real* m, int i, int j, real c, real s)
+static inline void rotate_columns(real* m, int i, int j, real c, real s)
 {
   for (int row = 0; row < 9; row += 3) {
     const real a = m[row + i], b = m[row + j];
@@ -19,7 +19,7 @@ inline void rotate_columns(real* m, int i, int j, real c, real s)
 }
 
 // Makes the columns of B = H V orthogonal by rotations from the right, which V collects.
-inline void orthogonalise_columns(real* B, real* V)
+static inline void orthogonalise_columns(real* B, real* V)
 {
   for (int sweep = 0; sweep < MAX_SWEEPS; ++sweep) {
     int rotations = 0;
@@ -42,12 +42,12 @@ inline void orthogonalise_columns(real* B, real* V)
   }
 }
 
-inline real column_norm(const real* m, int i)
+static inline real column_norm(const real* m, int i)
 {
   return sqrt(m[i] * m[i] + m[i + 3] * m[i + 3] + m[i + 6] * m[i + 6]);
 }
 
-inline void swap_columns(real* m, int i, int j)
+static inline void swap_columns(real* m, int i, int j)
 {
   for (int row = 0; row < 9; row += 3) {
     const real held = m[row + i];
@@ -57,19 +57,19 @@ inline void swap_columns(real* m, int i, int j)
 }
 
 // Column 2 of m becomes column 0 x column 1.
-inline void complete_with_cross_product(real* m)
+static inline void complete_with_cross_product(real* m)
 {
   m[2] = m[3] * m[7] - m[6] * m[4];
   m[5] = m[6] * m[1] - m[0] * m[7];
   m[8] = m[0] * m[4] - m[3] * m[1];
 }
 
-inline real determinant(const real* m)
+static inline real determinant(const real* m)
 {
   return m[0] * (m[4] * m[8] - m[5] * m[7]) - m[1] * (m[3] * m[8] - m[5] * m[6]) + m[2] * (m[3] * m[7] - m[4] * m[6]);
 }
 
-inline void set_identity(real* m)
+static inline void set_identity(real* m)
 {
   for (int i = 0; i < 9; ++i)
     m[i] = i % 4 == 0 ? 1 : 0;
@@ -77,7 +77,7 @@ inline void set_identity(real* m)
 
 // Column 1 of U becomes a unit vector across column 0, column 1 of V its image under the smallest rotation that takes
 // column 0 of U to column 0 of V: what a line leaves open is left as it was.
-inline void complete_line(real* U, real* V)
+static inline void complete_line(real* U, real* V)
 {
   const real u[3] = {U[0], U[3], U[6]};
   const real v[3] = {V[0], V[3], V[6]};
@@ -109,7 +109,7 @@ inline void complete_line(real* U, real* V)
 
 // Completes H = U S V^T from a first V (the identity, or eigenvectors of H^T H). Singular values of at most `noise`
 // count as zero. Returns the rank.
-inline int svd_from_right_vectors(const real* H, real noise, real* U, real* S, real* V)
+static inline int svd_from_right_vectors(const real* H, real noise, real* U, real* S, real* V)
 {
   real scale = 0;
   for (int i = 0; i < 9; ++i)
@@ -164,7 +164,7 @@ inline int svd_from_right_vectors(const real* H, real noise, real* U, real* S, r
 }
 
 // +1 or -1: what the smallest singular direction is multiplied by so that V diag(1, 1, sign) U^T is a rotation.
-inline real reflection_sign(const real* U, const real* V)
+static inline real reflection_sign(const real* U, const real* V)
 {
   return determinant(V) * determinant(U) < 0 ? -1 : 1;
 }

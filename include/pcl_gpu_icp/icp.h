@@ -104,6 +104,7 @@ private:
   RigidTransform estimateIncrement(const RigidTransform& pose) override;
   bool finished(const RigidTransform& increment, const RigidTransform& pose) override;
 
+  bool indicesAreValid();
   void prepare(const Matrix4& guess);
   void prepareSearch();
   void prepareEstimator();
@@ -134,6 +135,7 @@ private:
   unsigned long target_revision_ = 0;      ///< and the revision of nearest_tree_ it was taken at
 
   // Of the alignment that runs.
+  bool tree_just_built_ = false;                ///< pcl::Registration built the tree for this alignment
   std::unique_ptr<search::Matcher> matcher_;    ///< null when the caller's own search answers
   std::vector<Correspondence> matches_;         ///< the correspondences_ in the engine's form
   pcl::IndicesPtr finite_indices_;              ///< source points that take part

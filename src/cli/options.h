@@ -1,13 +1,11 @@
 #pragma once
 
 #include <pcl_gpu_icp/result.h>
-#include <pcl_gpu_icp/rigid_transform.h>
 
 #include <CLI/CLI.hpp>
 
 #include <optional>
 #include <string>
-#include <vector>
 
 namespace pcl_gpu_icp::cli {
 
@@ -15,7 +13,7 @@ namespace pcl_gpu_icp::cli {
 struct AlignmentOptions {
   std::string source;
   std::string target;
-  std::string guess; ///< a file name or 16 numbers
+  std::optional<std::string> guess; ///< a file name or 16 numbers
   std::optional<double> max_distance;
   int iterations = 100;
   std::optional<double> translation_epsilon; ///< a distance
@@ -38,13 +36,5 @@ void addAlignmentOptions(CLI::App& command, AlignmentOptions& options);
 
 /// A finite number above zero, for arguments.
 CLI::Validator positiveNumber();
-
-/// Joins the 16 numbers that may follow --guess into one argument, so that they cannot be taken for file names, nor
-/// file names for them.
-std::vector<std::string> joinGuess(std::vector<std::string> arguments);
-
-/// The guess that an argument names, or the identity where it is empty.
-/// \throws Failure (Usage) for numbers, (Input) for a file, that are not a rigid transform
-RigidTransform readGuess(const std::string& argument);
 
 } // namespace pcl_gpu_icp::cli

@@ -112,8 +112,7 @@ struct RigidEstimator::Implementation {
   Precision precision;
   opencl::Queue queue;
   stages::Cloud source, target;
-  stages::Pivot source_pivot{}, target_pivot{};
-  float largest_source = 0, largest_target = 0; ///< coordinates, absolute
+  stages::Placement source_placement, target_placement;
   stages::Pairs pairs;
   stages::Gather gather;
   stages::Fused fused;
@@ -192,7 +191,7 @@ void RigidEstimator::warmUp()
 const DeviceInfo& RigidEstimator::device() const { return implementation_->queue.info(); }
 Pipeline RigidEstimator::pipeline() const { return implementation_->pipeline; }
 Precision RigidEstimator::precision() const { return implementation_->precision; }
-const std::array<double, 3>& RigidEstimator::sourcePivot() const { return implementation_->source_pivot; }
+const std::array<double, 3>& RigidEstimator::sourcePivot() const { return implementation_->source_placement.pivot; }
 
 Estimate RigidEstimator::estimate(const Points& source, const Points& target)
 {
@@ -201,14 +200,13 @@ Estimate RigidEstimator::estimate(const Points& source, const Points& target)
                           std::to_string(target.count) + ")");
   checkCount(source.count);
   Implementation& self = *implementation_;
-  const stages::Pivot source_pivot = stages::pivotOf(source);
-  const stages::Pivot target_pivot = stages::pivotOf(target);
+  const stages::Placement p = stages::placementOf(source), q = stages::placementOf(target);
   self.pairs.count = 0;
   if (source.count > 0)
-    stages::packPairs(self.queue, source, target, source_pivot, target_pivot, self.pairs);
+    stages::packPairs(self.queue, source, target, p, q, self.pairs);
   Estimate estimate = self.solve();
-  estimate.stages.source_pivot = source_pivot;
-  estimate.stages.target_pivot = target_pivot;
+  estimate.stages.source_pivot = p.pivot;
+  estimate.stages.target_pivot = q.pivot;
   if (estimate.pairs > 0)
     estimate.transform = absoluteTransform(estimate.stages);
   return estimate;
@@ -218,16 +216,16 @@ void RigidEstimator::setSource(const Points& source)
 {
   checkCount(source.count);
   Implementation& self = *implementation_;
-  self.source_pivot = stages::pivotOf(source);
-  self.largest_source = stages::packCloud(self.queue, source, self.source_pivot, self.source);
+  self.source_placement = stages::placementOf(source);
+  stages::packCloud(self.queue, source, self.source_placement, self.source);
 }
 
 void RigidEstimator::setTarget(const Points& target)
 {
   checkCount(target.count);
   Implementation& self = *implementation_;
-  self.target_pivot = stages::pivotOf(target);
-  self.largest_target = stages::packCloud(self.queue, target, self.target_pivot, self.target);
+  self.target_placement = stages::placementOf(target);
+  stages::packCloud(self.queue, target, self.target_placement, self.target);
 }
 
 Estimate RigidEstimator::estimate(const Correspondence* correspondences, std::size_t count, const RigidTransform& pose)
@@ -243,16 +241,18 @@ Estimate RigidEstimator::estimate(const Correspondence* correspondences, std::si
                           std::to_string(stray->target) + ") of clouds of " + std::to_string(self.source.count) +
                           " and " + std::to_string(self.target.count) + " points");
   self.pairs.count = 0;
-  self.pairs.resolution_sq = stages::resolutionSquared(self.largest_source, self.largest_target);
-  const RigidTransform pivoted_pose = inFloat(recentred(pose, self.source_pivot, self.target_pivot));
+  self.pairs.resolution_sq = self.source_placement.rounding * self.target_placement.rounding;
+  const RigidTransform pivoted_pose =
+      inFloat(recentred(pose, self.source_placement.pivot, self.target_placement.pivot));
   if (count > 0)
     self.gather.enqueue(self.queue, self.source, self.target, correspondences, count, pivoted_pose, self.pairs);
   Estimate estimate = self.solve();
   // Both clouds of the pairs are in the target's frame by now.
-  estimate.stages.source_pivot = estimate.stages.target_pivot = self.target_pivot;
+  estimate.stages.source_pivot = estimate.stages.target_pivot = self.target_placement.pivot;
   if (estimate.pairs > 0) {
     // The device moved the source by the pose as float holds it; the increment is to the pose itself.
-    const RigidTransform moved_by = recentred(pivoted_pose, negated(self.source_pivot), negated(self.target_pivot));
+    const RigidTransform moved_by =
+        recentred(pivoted_pose, negated(self.source_placement.pivot), negated(self.target_placement.pivot));
     estimate.transform = compose(absoluteTransform(estimate.stages), compose(moved_by, inverse(pose)));
   }
   return estimate;

@@ -14,12 +14,23 @@ namespace pcl_gpu_icp {
 
 namespace opencl {
 
+namespace {
+
+std::atomic<pid_t> user{0}; ///< the process that used OpenCL first
+
+} // namespace
+
+bool usedBeforeFork() noexcept
+{
+  const pid_t first = user;
+  return first != 0 && first != getpid();
+}
+
 void refuseAfterFork()
 {
-  static std::atomic<pid_t> user{0};
-  pid_t expected = 0;
-  const pid_t self = getpid();
-  if (!user.compare_exchange_strong(expected, self) && expected != self)
+  pid_t nobody = 0;
+  user.compare_exchange_strong(nobody, getpid());
+  if (usedBeforeFork())
     throw DeviceError({},
                       "OpenCL was used before fork() and does not work in the child process; fork first, or align in "
                       "the parent, or exec() a new program");
@@ -154,9 +165,10 @@ std::vector<Device> Device::list()
       if (error.err() != CL_DEVICE_NOT_FOUND)
         throw DeviceError({error.err(), error.what(), "", ""}, "");
     }
-    for (unsigned d = 0; d < found.size(); ++d)
-      devices.push_back(Device(std::make_shared<opencl::DeviceHandle>(
-          opencl::DeviceHandle{describe(all_platforms[p], p, found[d], d), found[d]})));
+    for (unsigned d = 0; d < found.size(); ++d) {
+      const DeviceInfo info = opencl::translated("", "", [&] { return describe(all_platforms[p], p, found[d], d); });
+      devices.push_back(Device(std::make_shared<opencl::DeviceHandle>(opencl::DeviceHandle{info, found[d]})));
+    }
   }
   return devices;
 }
@@ -165,7 +177,8 @@ Device Device::select(const std::string& selector)
 {
   const char* environment = std::getenv("PCL_GPU_ICP_DEVICE");
   const bool from_environment = selector.empty() && environment && *environment;
-  const std::string wanted = lowered(from_environment ? environment : selector);
+  const std::string asked = from_environment ? environment : selector;
+  const std::string wanted = lowered(asked);
 
   const std::vector<Device> devices = list();
   if (devices.empty())
@@ -180,7 +193,7 @@ Device Device::select(const std::string& selector)
     const auto chosen = choose(wanted);
     if (chosen == devices.end())
       throw DeviceError({},
-                        "no OpenCL device matches \"" + wanted + "\"" +
+                        "no OpenCL device matches \"" + asked + "\"" +
                             (from_environment ? " (from PCL_GPU_ICP_DEVICE)" : "") + "; there is: " + listing(devices));
     return *chosen;
   }

@@ -12,7 +12,10 @@ struct DeviceHandle {
   cl::Device device;
 };
 
-/// Throws DeviceError in a child process whose parent used OpenCL before fork().
+/// Whether this is a child process whose parent used OpenCL before fork().
+bool usedBeforeFork() noexcept;
+
+/// Throws DeviceError in such a child process. Called before each use of OpenCL, which would hang there.
 void refuseAfterFork();
 
 } // namespace pcl_gpu_icp::opencl

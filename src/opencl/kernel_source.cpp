@@ -15,7 +15,8 @@ namespace {
 
 std::string rawText(const std::string& file)
 {
-  if (const char* directory = std::getenv("PCL_GPU_ICP_KERNEL_DIR")) {
+  const char* directory = std::getenv("PCL_GPU_ICP_KERNEL_DIR");
+  if (directory && *directory) {
     const std::string path = std::string(directory) + "/" + file;
     std::ifstream stream(path);
     if (!stream)

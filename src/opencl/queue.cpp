@@ -1,6 +1,9 @@
 #include "queue.h"
 
+#include "device_handle.h"
+
 #include <algorithm>
+#include <utility>
 
 namespace pcl_gpu_icp::opencl {
 
@@ -30,6 +33,8 @@ Queue::Queue(const Device& device, const Traits& traits, std::string build_optio
 
 Queue::~Queue()
 {
+  if (usedBeforeFork())
+    return;
   try {
     queue_.finish();
     if (staging_memory_)
@@ -79,6 +84,9 @@ void* Queue::pinned(std::size_t bytes)
 
 void Queue::upload(Buffer& buffer, std::size_t bytes, const std::function<void(void*)>& fill)
 {
+  if (bytes == 0)
+    return;
+  refuseAfterFork();
   reserve(buffer, bytes);
   translated(info().name, "", [&] {
     cl::Event event;
@@ -104,11 +112,19 @@ void Queue::upload(Buffer& buffer, std::size_t bytes, const std::function<void(v
 
 void Queue::download(const Buffer& buffer, std::size_t bytes, const std::function<void(const void*)>& use)
 {
+  if (bytes == 0)
+    return;
+  refuseAfterFork();
   translated(info().name, "", [&] {
     cl::Event event;
     if (traits_.mapped_memory) {
       void* memory = queue_.enqueueMapBuffer(buffer.buffer_, CL_TRUE, CL_MAP_READ, 0, bytes, nullptr, &event);
-      use(memory);
+      try {
+        use(memory);
+      } catch (...) {
+        queue_.enqueueUnmapMemObject(buffer.buffer_, memory);
+        throw;
+      }
       queue_.enqueueUnmapMemObject(buffer.buffer_, memory);
     }
     else {
@@ -124,6 +140,7 @@ void Queue::download(const Buffer& buffer, std::size_t bytes, const std::functio
 
 void Queue::finish()
 {
+  refuseAfterFork();
   translated(info().name, "", [&] { queue_.finish(); });
 }
 
@@ -136,15 +153,16 @@ Profile Queue::takeProfile()
 void Queue::account()
 {
   finish();
+  const auto done = std::exchange(pending_, {});
   translated(info().name, "", [&] {
-    for (const auto& [stage, event] : pending_)
+    for (const auto& [stage, event] : done)
       profile_.add(stage, milliseconds(event));
   });
-  pending_.clear();
 }
 
 cl::Kernel& Queue::kernelObject(const KernelName& kernel)
 {
+  refuseAfterFork();
   cl::Kernel& object = kernels_[kernel.file + "/" + kernel.name];
   if (!object()) {
     const cl::Program program = context_->program(kernel.file, build_options_);

@@ -4,6 +4,10 @@
 #include "report/json.h"
 #include "report/matrix.h"
 
+#include <cmath>
+#include <utility>
+#include <vector>
+
 namespace pcl_gpu_icp::report {
 namespace {
 
@@ -23,11 +27,29 @@ std::string cloudText(const char* role, const std::string& file, const PointCoun
   return text + (dropped.empty() ? "\n" : " (dropped: " + dropped + ")\n");
 }
 
-const char* improvement(const AlignmentResult& result)
+const char* improvement(const AlignmentReport& report)
 {
-  if (result.rmse < result.rmse_before)
-    return "improved";
-  return result.rmse > result.rmse_before ? "got worse" : "unchanged";
+  const double change = report.result.rmse - report.result.rmse_before;
+  if (std::abs(change) <= report.resolution)
+    return "unchanged";
+  return change < 0 ? "improved" : "got worse";
+}
+
+std::string outcome(const AlignmentResult& result)
+{
+  switch (result.reason) {
+  case Reason::Iterations:
+    return format("stopped at the limit of %d iterations (counts as converged, as in PCL)", result.iterations);
+  case Reason::Transform:
+    return format("converged after %d iterations: the last one moved by less than the epsilons", result.iterations);
+  case Reason::AbsoluteMse:
+    return format("converged after %d iterations: the mean squared distance no longer changes", result.iterations);
+  case Reason::RelativeMse:
+    return format("converged after %d iterations: the mean squared distance changes by less than the epsilon",
+                  result.iterations);
+  default:
+    return format("did not converge: %s after %d iterations", toString(result.reason), result.iterations);
+  }
 }
 
 const char* degeneracyText(Degeneracy degeneracy)
@@ -45,23 +67,21 @@ const char* degeneracyText(Degeneracy degeneracy)
   return "unknown";
 }
 
-/// Host and device times under one roof: "total" of the engine is "align", the device's entries carry a prefix.
-std::map<std::string, double> allTimes(const AlignmentReport& report)
-{
-  std::map<std::string, double> times = report.command_times_ms;
-  for (const auto& [what, time] : report.result.host_times)
-    times[what == "total" ? "align" : what] = time.milliseconds;
-  for (const auto& [what, time] : report.result.device_times)
-    times["device_" + what] = time.milliseconds;
-  return times;
-}
+using Times = std::vector<std::pair<std::string, double>>;
 
-std::string timesText(const std::map<std::string, double>& times)
+/// Host and device times under one roof: "total" of the engine is "align", the device's entries carry a prefix.
+Times allTimes(const AlignmentReport& report)
 {
-  std::string text;
-  for (const auto& [what, milliseconds] : times)
-    text += format("  %-22s %10.1f ms\n", what.c_str(), milliseconds);
-  return text;
+  Times times;
+  for (const auto& [what, time] : report.command_times)
+    if (what != "total")
+      times.emplace_back(what, time.milliseconds);
+  for (const auto& [what, time] : report.result.host_times)
+    times.emplace_back(what == "total" ? "align" : what, time.milliseconds);
+  for (const auto& [what, time] : report.result.device_times)
+    times.emplace_back("device_" + what, time.milliseconds);
+  times.emplace_back("total", report.command_times.at("total").milliseconds);
+  return times;
 }
 
 Json droppedJson(const PointCounts& points)
@@ -86,18 +106,20 @@ std::string toText(const AlignmentReport& report)
                  result.threads,
                  toString(result.pipeline),
                  toString(result.precision));
-  text += format("result     %s: %s, %d iterations\n",
-                 result.converged ? "converged" : "did not converge",
-                 toString(result.reason),
-                 result.iterations);
-  text += format("RMSE       %.6g before, %.6g after (%s)\n", result.rmse_before, result.rmse, improvement(result));
+  text += "result     " + outcome(result) + "\n";
+  text +=
+      result.inliers > 0
+          ? format("RMSE       %.6g before, %.6g after (%s)\n", result.rmse_before, result.rmse, improvement(report))
+          : std::string("RMSE       undefined\n");
   text += format("inliers    %zu\n", result.inliers);
   text += report.fitness_score
               ? format("fitness    %.6g (mean squared distance to the nearest target point)\n", *report.fitness_score)
               : std::string("fitness    undefined\n");
   text += std::string("degenerate ") + degeneracyText(result.degeneracy) + "\n";
   text += "transform\n" + matrixText(report.transform);
-  text += "times\n" + timesText(allTimes(report));
+  text += "times\n";
+  for (const auto& [what, milliseconds] : allTimes(report))
+    text += format("  %-22s %10.1f ms\n", what.c_str(), milliseconds);
   return text;
 }
 
@@ -123,8 +145,8 @@ std::string toJson(const AlignmentReport& report)
   json["rmse_before"] = result.inliers > 0 ? Json(result.rmse_before) : Json();
   json["fitness_score"] = report.fitness_score ? Json(*report.fitness_score) : Json();
   json["degenerate"] = toString(result.degeneracy);
-  json["times_ms"] = allTimes(report);
-  json["times_ms"]["total"] = report.command_times_ms.at("total");
+  for (const auto& [what, milliseconds] : allTimes(report))
+    json["times_ms"][what] = milliseconds;
   return dump(json);
 }
 

@@ -4,7 +4,6 @@
 #include <pcl_gpu_icp/rigid_transform.h>
 
 #include <cstddef>
-#include <map>
 #include <optional>
 #include <string>
 
@@ -28,7 +27,8 @@ struct AlignmentReport {
   AlignmentResult result;
   RigidTransform transform; ///< source to target, in the coordinates of the files
   std::optional<double> fitness_score;
-  std::map<std::string, double> command_times_ms; ///< what the command did around the alignment, and "total"
+  double resolution = 0;    ///< a change of the RMSE that float coordinates cannot show
+  StageTimes command_times; ///< what the command did around the alignment, and "total"
 };
 
 std::string toText(const AlignmentReport& report);

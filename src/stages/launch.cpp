@@ -18,7 +18,7 @@ cl_uint paddedStride(std::size_t n) { return static_cast<cl_uint>(quotientRounde
 
 std::string buildOptions(const Traits& traits, Precision precision)
 {
-  std::string options = "-cl-std=CL1.2 -Werror";
+  std::string options = "-cl-std=CL1.2";
   options += traits.shape == Shape::Chunked ? std::string(" -DCHUNKED")
                                             : " -DWORK_GROUP_SIZE=" + std::to_string(traits.work_group_size);
   if (precision == Precision::Double)

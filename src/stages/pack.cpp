@@ -3,6 +3,7 @@
 #include "kernels/layout.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <limits>
 #include <vector>
@@ -11,38 +12,32 @@ namespace pcl_gpu_icp::stages {
 
 namespace {
 
-constexpr std::size_t pivot_samples = 63;
+constexpr std::size_t samples_at_most = 63;
+constexpr std::size_t block_points = 64;
 
-/// Magnitudes of floats compare like their bits; what is not finite is at infinity's or above.
-constexpr std::uint32_t infinity_bits = 0x7F800000;
-
-std::uint32_t magnitudeBits(float x)
+bool finite(float x)
 {
   std::uint32_t bits;
   std::memcpy(&bits, &x, sizeof(bits));
-  return bits & 0x7FFFFFFF;
+  return (bits & 0x7F800000) != 0x7F800000;
 }
 
-std::uint32_t largestMagnitudeBits(const float* p)
+bool finite(const float* p) { return finite(p[0]) && finite(p[1]) && finite(p[2]); }
+
+/// Finite points spread over the cloud.
+std::vector<const float*> samplesOf(const Points& points)
 {
-  return std::max({magnitudeBits(p[0]), magnitudeBits(p[1]), magnitudeBits(p[2])});
+  std::vector<const float*> samples;
+  const auto sample = [&](std::size_t step) {
+    for (std::size_t i = 0; i < points.count && samples.size() < samples_at_most; i += step)
+      if (finite(points[i]))
+        samples.push_back(points[i]);
+  };
+  sample(points.count / samples_at_most + 1);
+  if (samples.empty())
+    sample(1);
+  return samples;
 }
-
-bool finite(const float* p) { return largestMagnitudeBits(p) < infinity_bits; }
-
-class LargestCoordinate {
-public:
-  void add(std::uint32_t bits) { bits_ = std::max(bits_, bits); }
-  float value() const
-  {
-    float largest;
-    std::memcpy(&largest, &bits_, sizeof(largest));
-    return largest;
-  }
-
-private:
-  std::uint32_t bits_ = 0;
-};
 
 /// Exact to float32's rounding: the pivot is itself a float32 coordinate.
 void writePoint(const float* p, const Pivot& pivot, float* row, std::size_t stride)
@@ -52,85 +47,91 @@ void writePoint(const float* p, const Pivot& pivot, float* row, std::size_t stri
   row[2 * stride] = p[2] - static_cast<float>(pivot[2]);
 }
 
-} // namespace
-
-Pivot pivotOf(const Points& points)
+/// Whether the first n entries of every row of pairs are finite. No branch: it is vectorised.
+bool allFinite(const float* rows, std::size_t stride, std::size_t n)
 {
-  std::array<std::vector<float>, 3> samples;
-  const std::size_t step = points.count / pivot_samples + 1;
-  const auto sample = [&](std::size_t first, std::size_t stride) {
-    for (std::size_t i = first; i < points.count && samples[0].size() < pivot_samples; i += stride)
-      if (finite(points[i]))
-        for (int axis = 0; axis < 3; ++axis)
-          samples[axis].push_back(points[i][axis]);
-  };
-  sample(0, step);
-  if (samples[0].empty())
-    sample(0, 1);
-  Pivot pivot{};
-  if (samples[0].empty())
-    return pivot;
-  for (int axis = 0; axis < 3; ++axis) {
-    const auto middle = samples[axis].begin() + samples[axis].size() / 2;
-    std::nth_element(samples[axis].begin(), middle, samples[axis].end());
-    pivot[axis] = *middle;
-  }
-  return pivot;
+  unsigned strays = 0;
+  for (std::size_t row = 0; row < PAIR_ROWS; ++row)
+    for (std::size_t i = 0; i < n; ++i)
+      strays |= finite(rows[row * stride + i]) ? 0U : 1U;
+  return strays == 0;
 }
 
-float resolutionSquared(float largest_source_coordinate, float largest_target_coordinate)
+/// Moves the finite pairs among the first n to the front; returns how many they are.
+std::size_t compact(float* rows, std::size_t stride, std::size_t n)
 {
-  const float half_ulp = std::numeric_limits<float>::epsilon() / 2;
-  return (half_ulp * largest_source_coordinate) * (half_ulp * largest_target_coordinate);
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    bool keep = true;
+    for (std::size_t row = 0; row < PAIR_ROWS; ++row)
+      keep = keep && finite(rows[row * stride + i]);
+    for (std::size_t row = 0; row < PAIR_ROWS; ++row)
+      rows[row * stride + kept] = rows[row * stride + i];
+    kept += keep ? 1 : 0;
+  }
+  return kept;
+}
+
+} // namespace
+
+Placement placementOf(const Points& points)
+{
+  Placement placement;
+  const auto samples = samplesOf(points);
+  if (samples.empty())
+    return placement;
+  float largest = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    std::vector<float> coordinates;
+    for (const float* sample : samples) {
+      coordinates.push_back(sample[axis]);
+      largest = std::max(largest, std::abs(sample[axis]));
+    }
+    const auto middle = coordinates.begin() + coordinates.size() / 2;
+    std::nth_element(coordinates.begin(), middle, coordinates.end());
+    placement.pivot[axis] = *middle;
+  }
+  placement.rounding = largest * std::numeric_limits<float>::epsilon() / 2;
+  return placement;
 }
 
 void packPairs(opencl::Queue& queue,
                const Points& source,
                const Points& target,
-               const Pivot& source_pivot,
-               const Pivot& target_pivot,
+               const Placement& p,
+               const Placement& q,
                Pairs& pairs)
 {
-  const cl_uint stride = paddedStride(source.count);
+  const std::size_t stride = paddedStride(source.count);
+  std::size_t count = 0;
   queue.upload(pairs.rows, PAIR_ROWS * stride * sizeof(float), [&](void* memory) {
     auto* rows = static_cast<float*>(memory);
-    LargestCoordinate largest_source, largest_target;
-    // Every pair is written; the next one overwrites it unless it is finite. No branch depends on the data.
-    std::size_t count = 0;
-    for (std::size_t i = 0; i < source.count; ++i) {
-      const float* p = source[i];
-      const float* q = target[i];
-      writePoint(p, source_pivot, rows + count, stride);
-      writePoint(q, target_pivot, rows + 3 * std::size_t(stride) + count, stride);
-      const std::uint32_t p_bits = largestMagnitudeBits(p), q_bits = largestMagnitudeBits(q);
-      const bool both_finite = p_bits < infinity_bits && q_bits < infinity_bits;
-      largest_source.add(both_finite ? p_bits : 0);
-      largest_target.add(both_finite ? q_bits : 0);
-      count += both_finite ? 1 : 0;
+    for (std::size_t first = 0; first < source.count; first += block_points) {
+      const std::size_t points = std::min(block_points, source.count - first);
+      for (std::size_t i = 0; i < points; ++i) {
+        writePoint(source[first + i], p.pivot, rows + count + i, stride);
+        writePoint(target[first + i], q.pivot, rows + 3 * stride + count + i, stride);
+      }
+      count += allFinite(rows + count, stride, points) ? points : compact(rows + count, stride, points);
     }
-    for (int row = 0; row < PAIR_ROWS; ++row)
-      std::fill(rows + row * std::size_t(stride) + count, rows + (row + 1) * std::size_t(stride), 0.0F);
-    pairs.count = static_cast<cl_uint>(count);
-    pairs.resolution_sq = resolutionSquared(largest_source.value(), largest_target.value());
+    for (std::size_t row = 0; row < PAIR_ROWS; ++row)
+      std::fill(rows + row * stride + count, rows + (row + 1) * stride, 0.0F);
   });
-  pairs.stride = stride;
+  pairs.stride = static_cast<cl_uint>(stride);
+  pairs.count = static_cast<cl_uint>(count);
+  pairs.resolution_sq = p.rounding * q.rounding;
 }
 
-float packCloud(opencl::Queue& queue, const Points& points, const Pivot& pivot, Cloud& cloud)
+void packCloud(opencl::Queue& queue, const Points& points, const Placement& placement, Cloud& cloud)
 {
-  const cl_uint stride = paddedStride(points.count);
-  LargestCoordinate largest;
-  queue.upload(cloud.rows, 3 * std::size_t(stride) * sizeof(float), [&](void* memory) {
+  const std::size_t stride = paddedStride(points.count);
+  queue.upload(cloud.rows, 3 * stride * sizeof(float), [&](void* memory) {
     auto* rows = static_cast<float*>(memory);
-    for (std::size_t i = 0; i < points.count; ++i) {
-      writePoint(points[i], pivot, rows + i, stride);
-      const std::uint32_t bits = largestMagnitudeBits(points[i]);
-      largest.add(bits < infinity_bits ? bits : 0);
-    }
+    for (std::size_t i = 0; i < points.count; ++i)
+      writePoint(points[i], placement.pivot, rows + i, stride);
   });
-  cloud.stride = stride;
+  cloud.stride = static_cast<cl_uint>(stride);
   cloud.count = static_cast<cl_uint>(points.count);
-  return largest.value();
 }
 
 } // namespace pcl_gpu_icp::stages

@@ -71,6 +71,24 @@ const std::vector<DeviceCase>& deviceCases()
   return cases;
 }
 
+std::vector<DeviceCase> kernelCases()
+{
+  std::vector<DeviceCase> cases;
+  for (const DeviceCase& device_case : deviceCases())
+    if (device_case.traits.mapped_memory == device_case.device.info().unified_memory)
+      cases.push_back(device_case);
+  return cases;
+}
+
+std::vector<DeviceCase> memoryCases()
+{
+  std::vector<DeviceCase> cases;
+  for (const DeviceCase& device_case : deviceCases())
+    if (device_case.traits.shape == Shape::Chunked && device_case.precision == Precision::Float)
+      cases.push_back(device_case);
+  return cases;
+}
+
 std::ostream& operator<<(std::ostream& stream, const DeviceCase& device_case)
 {
   return stream << device_case.name() << " on " << device_case.device.info().name;

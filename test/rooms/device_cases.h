@@ -38,10 +38,15 @@ struct DeviceCase {
 /// Empty when there is none, which Devices.AtLeastOneIsThere reports as a failure.
 const std::vector<DeviceCase>& deviceCases();
 
+/// Those of them in the device's own memory, for what depends on the kernels only.
+std::vector<DeviceCase> kernelCases();
+
+/// Those of them that differ in device and memory only, for what does not depend on the kernels.
+std::vector<DeviceCase> memoryCases();
+
 std::ostream& operator<<(std::ostream& stream, const DeviceCase& device_case);
 
-/// A test that runs on every DeviceCase.
-class OnEveryDevice : public testing::TestWithParam<DeviceCase> {};
+class OnDevice : public testing::TestWithParam<DeviceCase> {};
 
 template <typename Case>
 std::string nameOf(const testing::TestParamInfo<Case>& info)
@@ -51,8 +56,8 @@ std::string nameOf(const testing::TestParamInfo<Case>& info)
 
 } // namespace pcl_gpu_icp::test
 
-#define RUN_ON_EVERY_DEVICE(Suite)                                                                                     \
-  INSTANTIATE_TEST_SUITE_P(,                                                                                           \
-                           Suite,                                                                                      \
-                           testing::ValuesIn(::pcl_gpu_icp::test::deviceCases()),                                      \
-                           ::pcl_gpu_icp::test::nameOf<::pcl_gpu_icp::test::DeviceCase>)
+#define RUN_WITH_EVERY_KERNEL(Suite)                                                                                   \
+  INSTANTIATE_TEST_SUITE_P(, Suite, testing::ValuesIn(kernelCases()), nameOf<DeviceCase>)
+
+#define RUN_WITH_EVERY_MEMORY(Suite)                                                                                   \
+  INSTANTIATE_TEST_SUITE_P(, Suite, testing::ValuesIn(memoryCases()), nameOf<DeviceCase>)

@@ -40,7 +40,7 @@ int inChild(const std::function<void()>& action)
 
 } // namespace
 
-class Fork : public OnEveryDevice {
+class Fork : public OnDevice {
 protected:
   Queue queue_{GetParam().device, GetParam().traits, "-cl-std=CL1.2"};
   Buffer buffer_{"bytes"};
@@ -87,6 +87,6 @@ TEST_P(Fork, TheParentKeepsWorking)
   EXPECT_EQ(byte, 42);
 }
 
-RUN_ON_EVERY_DEVICE(Fork);
+RUN_WITH_EVERY_MEMORY(Fork);
 
 } // namespace pcl_gpu_icp::test

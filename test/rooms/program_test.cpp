@@ -13,7 +13,7 @@ namespace pcl_gpu_icp::test {
 using opencl::Context;
 using opencl::Shape;
 
-class Program : public OnEveryDevice {
+class Program : public OnDevice {
 protected:
   Context& context() const { return Context::of(GetParam().device); }
 
@@ -80,7 +80,7 @@ TEST_P(Program, IsTriedAgainAfterAFailure)
   EXPECT_NO_THROW(context().program("late.cl", wanted));
 }
 
-RUN_ON_EVERY_DEVICE(Program);
+RUN_WITH_EVERY_KERNEL(Program);
 
 TEST(Context, IsOnePerDevice)
 {

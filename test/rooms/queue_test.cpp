@@ -16,7 +16,7 @@ using opencl::Buffer;
 using opencl::Queue;
 using opencl::Traits;
 
-class QueueOf : public OnEveryDevice {
+class QueueOf : public OnDevice {
 protected:
   QueueOf()
   : kernels_("PCL_GPU_ICP_KERNEL_DIR", directory_.path())
@@ -190,7 +190,7 @@ TEST_P(QueueOf, RefusesABufferOverTheLimitWithBothNumbers)
   EXPECT_EQ(buffer.capacity(), 4096U) << "what was there is kept";
 }
 
-RUN_ON_EVERY_DEVICE(QueueOf);
+RUN_WITH_EVERY_MEMORY(QueueOf);
 
 TEST(TraitsOf, ReadTheAllocationLimitFromTheEnvironment)
 {

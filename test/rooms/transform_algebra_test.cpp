@@ -1,0 +1,62 @@
+// The arithmetic of rigid transforms in double precision, and how they are rounded when they are handed out.
+#include "reference.h"
+
+#include <gtest/gtest.h>
+
+namespace pcl_gpu_icp::test {
+
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+
+TEST(RigidTransform, ComposesFirstThenSecond)
+{
+  Random random(1);
+  const Isometry3d first = random.motion(5), second = random.motion(5);
+  const Isometry3d both = isometryOf(compose(transformOf(second), transformOf(first)));
+  EXPECT_TRUE(both.isApprox(second * first, 1e-15));
+}
+
+TEST(RigidTransform, ItsInverseTakesItBack)
+{
+  Random random(2);
+  const Isometry3d motion = random.motion(5);
+  EXPECT_TRUE(isometryOf(inverse(transformOf(motion))).isApprox(motion.inverse(), 1e-15));
+}
+
+TEST(RigidTransform, MapsAPoint)
+{
+  Random random(3);
+  const Isometry3d motion = random.motion(5);
+  EXPECT_TRUE(vectorOf(transformOf(motion)(1, 2, 3)).isApprox(motion * Vector3d(1, 2, 3), 1e-15));
+}
+
+TEST(RigidTransform, RecentredIsTheSameMotionAboutOtherOrigins)
+{
+  Random random(4);
+  const Isometry3d motion = random.motion(5);
+  const Vector3d from(100, 200, 300), to(-40, 50, 60), x(101, 199, 305);
+  const auto about = recentred(transformOf(motion), arrayOf(from), arrayOf(to));
+  const Vector3d local = x - from;
+  EXPECT_TRUE(vectorOf(about(local.x(), local.y(), local.z())).isApprox(motion * x - to, 1e-13));
+}
+
+// R and t rounded apart are off by R's rounding times the distance from the origin.
+TEST(RigidTransform, RoundedStillMapsItsAnchorWhereItShould)
+{
+  for (const double distance : {0.0, 1e2, 1e4, 5e5}) {
+    SCOPED_TRACE(distance);
+    Random random(5);
+    Isometry3d motion = random.motion(1);
+    const Vector3d anchor(distance, -distance, 10);
+    motion.translation() += anchor - motion.linear() * anchor;
+    const auto together = isometryOf(rounded<float>(transformOf(motion), arrayOf(anchor)));
+    EXPECT_EQ(together.matrix(), together.matrix().cast<float>().cast<double>()) << "representable in float";
+    const double ulp = std::max(1.0, motion.translation().cwiseAbs().maxCoeff()) * 6e-8;
+    EXPECT_LE((together * anchor - motion * anchor).cwiseAbs().maxCoeff(), ulp);
+    const Isometry3d exact = isometryOf(rounded<double>(transformOf(motion), arrayOf(anchor)));
+    EXPECT_EQ(exact.linear(), motion.linear());
+    EXPECT_LE((exact * anchor - motion * anchor).norm(), 1e-9);
+  }
+}
+
+} // namespace pcl_gpu_icp::test

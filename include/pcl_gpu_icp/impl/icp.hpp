@@ -9,6 +9,7 @@
 #include <pcl/common/point_tests.h>
 #include <pcl/conversions.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 
@@ -121,7 +122,27 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::align(PointCloudSo
   this->nr_iterations_ = 0;
   this->final_transformation_ = this->transformation_ = this->previous_transformation_ = Matrix4::Identity();
   result_ = {};
+  if (!indicesAreValid())
+    return;
+  tree_just_built_ = this->target_cloud_updated_ && !this->force_no_recompute_;
   Base::align(output, guess);
+}
+
+template <typename PointSource, typename PointTarget, typename Scalar>
+bool IterativeClosestPoint<PointSource, PointTarget, Scalar>::indicesAreValid()
+{
+  if (!this->input_ || !this->indices_)
+    return true;
+  const auto count = static_cast<std::ptrdiff_t>(this->input_->size());
+  const auto stray = std::find_if(
+      this->indices_->begin(), this->indices_->end(), [&](auto index) { return index < 0 || index >= count; });
+  if (this->fake_indices_ || stray == this->indices_->end())
+    return true;
+  result_.reason = Reason::Error;
+  result_.message = "index " + std::to_string(*stray) + " of setIndices() is outside of the source's " +
+                    std::to_string(count) + " points";
+  PCL_ERROR("[pcl_gpu_icp::%s::align] %s\n", this->getClassName().c_str(), result_.message.c_str());
+  return false;
 }
 
 template <typename PointSource, typename PointTarget, typename Scalar>
@@ -188,6 +209,9 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::prepareSearch()
   const bool own_tree = this->tree_ == nearest_tree_;
   if (own_tree)
     nearest_tree_->refresh();
+  else if (!tree_just_built_ && !this->force_no_recompute_)
+    this->tree_->setInputCloud(this->target_);
+  tree_just_built_ = false;
   const bool own_reciprocal =
       !this->use_reciprocal_correspondence_ || this->tree_reciprocal_ == default_reciprocal_tree_;
 
@@ -469,7 +493,7 @@ double IterativeClosestPoint<PointSource, PointTarget, Scalar>::getFitnessScore(
 {
   if (!this->input_ || !this->target_)
     return std::numeric_limits<double>::max();
-  const bool every_point = !this->indices_ || this->indices_->empty();
+  const bool every_point = !this->indices_ || this->fake_indices_;
   const std::size_t count = every_point ? this->input_->size() : this->indices_->size();
   const RigidTransform pose = detail::toRigidTransform<Scalar>(this->final_transformation_);
   std::vector<float> squared_distances(count, std::numeric_limits<float>::quiet_NaN());

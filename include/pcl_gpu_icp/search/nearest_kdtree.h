@@ -69,14 +69,27 @@ private:
   {
     return Base::getPointRepresentation() == default_representation_ && Base::getEpsilon() == 0;
   }
+
+  /// PCL's own tree and what it was made with.
+  struct OnDemand {
+    std::once_flag once;
+    std::unique_ptr<Base> tree;
+    typename Base::PointRepresentationConstPtr representation;
+    float epsilon;
+  };
   const Base& pclTree() const;
+  void forgetPclTree()
+  {
+    on_demand_ = std::make_unique<OnDemand>();
+    on_demand_->representation = Base::getPointRepresentation();
+    on_demand_->epsilon = Base::getEpsilon();
+  }
 
   typename Base::PointRepresentationConstPtr default_representation_;
   NearestIndex index_;
   std::uint64_t fingerprint_ = 0;
   unsigned long revision_ = 0;
-  mutable std::mutex pcl_tree_mutex_;
-  mutable std::unique_ptr<Base> pcl_tree_; ///< built on demand
+  std::unique_ptr<OnDemand> on_demand_;
 };
 
 template <typename PointT>
@@ -85,7 +98,7 @@ NearestKdTree<PointT>::setInputCloud(const PointCloudConstPtr& cloud, const Indi
 {
   this->input_ = cloud;
   this->indices_ = indices;
-  pcl_tree_.reset();
+  forgetPclTree();
   refresh();
   return static_cast<SetInputCloudResult>(true);
 }
@@ -95,26 +108,29 @@ void NearestKdTree<PointT>::refresh()
 {
   const Points points = pointsOf(*this->input_, this->indices_ ? this->indices_.get() : nullptr);
   const std::uint64_t fingerprint = fingerprintOf(points);
-  if (revision_ > 0 && fingerprint == fingerprint_)
-    return;
-  index_.build(points);
-  pcl_tree_.reset();
-  fingerprint_ = fingerprint;
-  ++revision_;
+  const bool unchanged = revision_ > 0 && fingerprint == fingerprint_;
+  if (!unchanged) {
+    index_.build(points);
+    fingerprint_ = fingerprint;
+    ++revision_;
+  }
+  // A representation may look at more than the coordinates.
+  if (!unchanged || !usesDefaults() || on_demand_->representation != default_representation_ ||
+      on_demand_->epsilon != 0)
+    forgetPclTree();
 }
 
 template <typename PointT>
 const pcl::search::KdTree<PointT>& NearestKdTree<PointT>::pclTree() const
 {
-  const std::lock_guard<std::mutex> lock(pcl_tree_mutex_);
-  if (!pcl_tree_) {
-    auto tree = std::make_unique<Base>(this->sorted_results_);
-    tree->setPointRepresentation(Base::getPointRepresentation());
-    tree->setEpsilon(Base::getEpsilon());
-    tree->setInputCloud(this->input_, this->indices_);
-    pcl_tree_ = std::move(tree);
-  }
-  return *pcl_tree_;
+  OnDemand& on_demand = *on_demand_;
+  std::call_once(on_demand.once, [&] {
+    on_demand.tree = std::make_unique<Base>(this->sorted_results_);
+    on_demand.tree->setPointRepresentation(on_demand.representation);
+    on_demand.tree->setEpsilon(on_demand.epsilon);
+    on_demand.tree->setInputCloud(this->input_, this->indices_);
+  });
+  return *on_demand.tree;
 }
 
 template <typename PointT>

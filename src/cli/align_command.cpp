@@ -1,0 +1,188 @@
+#include "cli/aligned_cloud.h"
+#include "cli/cloud_file.h"
+#include "cli/cloud_pair.h"
+#include "cli/commands.h"
+#include "cli/icp_settings.h"
+#include "cli/options.h"
+#include "cli/output_file.h"
+
+#include "report/matrix.h"
+
+#include <pcl_gpu_icp/device.h>
+#include <pcl_gpu_icp/icp.h>
+#include <pcl_gpu_icp/stopwatch.h>
+
+#include <cstdio>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <unistd.h>
+
+namespace pcl_gpu_icp::cli {
+namespace {
+
+using Icp = pcl_gpu_icp::IterativeClosestPoint<pcl::PointXYZ, pcl::PointXYZ, double>;
+
+struct AlignOptions : AlignmentOptions {
+  std::string output;
+  std::string matrix;
+};
+
+/// The files to write; null where none was asked for.
+struct Outputs {
+  std::unique_ptr<OutputFile> cloud;
+  std::unique_ptr<OutputFile> matrix;
+  std::unique_ptr<OutputFile> json;
+};
+
+Outputs openOutputs(const AlignOptions& options)
+{
+  const auto open = [&options](const char* option, const std::string& path) {
+    return path.empty() ? nullptr : std::make_unique<OutputFile>(option, path, options.force);
+  };
+  Outputs outputs{open("-o", options.output),
+                  open("--matrix", options.matrix),
+                  open("--json", options.json == "-" ? "" : options.json)};
+  const auto refuseSame = [](const auto& a, const auto& b) {
+    if (a && b && a->location() == b->location())
+      throw Failure(ExitCode::Usage, a->option() + " and " + b->option() + " are the same file, " + a->path());
+  };
+  refuseSame(outputs.cloud, outputs.matrix);
+  refuseSame(outputs.cloud, outputs.json);
+  refuseSame(outputs.matrix, outputs.json);
+  return outputs;
+}
+
+/// A line on the terminal that every iteration renews and that is gone in the end.
+class LiveLine {
+public:
+  explicit LiveLine(bool shown)
+  : shown_(shown)
+  {
+  }
+  ~LiveLine()
+  {
+    if (shown_)
+      std::fputs("\r\033[K", stderr);
+  }
+  void show(int iteration, double rmse)
+  {
+    if (shown_)
+      std::fprintf(stderr, "\riteration %d  RMSE %.6g\033[K", iteration, rmse);
+  }
+
+private:
+  bool shown_;
+};
+
+void runIcp(Icp& icp, const CloudPair& pair, const AlignOptions& options)
+{
+  applySettings(icp, options);
+  icp.setCorrespondenceSearch(options.search);
+  icp.setPipeline(options.pipeline);
+  icp.setNumberOfThreads(options.threads);
+  icp.setInputSource(pair.source.points);
+  icp.setInputTarget(pair.target.points);
+
+  LiveLine line(!options.quiet && isatty(STDERR_FILENO));
+  icp.setIterationCallback([&line](int iteration, double rmse) { line.show(iteration, rmse); });
+  pcl::PointCloud<pcl::PointXYZ> aligned;
+  icp.align(aligned, detail::toMatrix<double>(pair.guess));
+}
+
+CloudPair timedRead(StageTimes& times, const AlignOptions& options)
+{
+  const Stopwatch watch(times, "read");
+  return readPair(options);
+}
+
+Device timedSelect(StageTimes& times, const AlignOptions& options)
+{
+  const Stopwatch watch(times, "device");
+  return Device::select(options.device);
+}
+
+std::optional<double> timedFitness(StageTimes& times, Icp& icp)
+{
+  const Stopwatch watch(times, "fitness");
+  const double fitness = icp.getFitnessScore();
+  return fitness < std::numeric_limits<double>::max() ? std::optional(fitness) : std::nullopt;
+}
+
+void writeFiles(Outputs& outputs,
+                const CloudPair& pair,
+                const report::AlignmentReport& report,
+                const AlignOptions& options)
+{
+  const bool aligned = report.result.converged;
+  if (outputs.cloud && aligned) {
+    Cloud moved = pair.source_file;
+    transform(moved, report.transform, options.drop_zero_returns);
+    outputs.cloud->write(writeCloud(moved, *formatOf(options.output)));
+  }
+  if (outputs.matrix && aligned)
+    outputs.matrix->write(report::matrixFile(report.transform));
+  if (outputs.json)
+    outputs.json->write(report::toJson(report));
+  // Only now that all are on the disk may any take its name.
+  if (outputs.cloud && aligned)
+    outputs.cloud->commit();
+  if (outputs.matrix && aligned)
+    outputs.matrix->commit();
+  if (outputs.json)
+    outputs.json->commit();
+}
+
+ExitCode align(const AlignOptions& options)
+{
+  Outputs outputs = openOutputs(options);
+  report::AlignmentReport report;
+  report.source = options.source;
+  report.target = options.target;
+  std::optional<Stopwatch> total(std::in_place, report.command_times, "total");
+
+  const CloudPair pair = timedRead(report.command_times, options);
+  if (outputs.cloud)
+    checkWritable(pair.source_file, *formatOf(options.output));
+  Icp icp;
+  icp.setDevice(timedSelect(report.command_times, options));
+  runIcp(icp, pair, options);
+  report.result = icp.getResult();
+  if (report.result.reason == Reason::Error)
+    throw Failure(ExitCode::Device, report.result.message);
+  report.fitness_score = timedFitness(report.command_times, icp);
+  total.reset();
+
+  report.transform = pair.inFileCoordinates(detail::toRigidTransform<double>(icp.getFinalTransformation()));
+  report.resolution = pair.source.extent * std::numeric_limits<float>::epsilon();
+  report.source_points = pair.source.counts;
+  report.target_points = pair.target.counts;
+  report.target_points.coincident = report.result.target_dropped;
+  report.target_points.used = report.result.target_points;
+
+  writeFiles(outputs, pair, report, options);
+  if (options.json == "-")
+    writeToStandardOutput(report::toJson(report));
+  else if (!options.quiet)
+    writeToStandardOutput(report::toText(report));
+  if (!report.result.converged)
+    throw Failure(ExitCode::NotConverged,
+                  options.source + " onto " + options.target + ": did not converge: " + toString(report.result.reason));
+  return ExitCode::Success;
+}
+
+} // namespace
+
+Run addAlign(CLI::App& command)
+{
+  const auto options = std::make_shared<AlignOptions>();
+  addAlignmentOptions(command, *options);
+  command.add_option("-o,--output", options->output, "write the source, moved, with all its fields: .pcd or .ply")
+      ->check(CLI::Validator(
+          [](std::string& path) { return formatOf(path) ? "" : path + " ends in neither .pcd nor .ply"; }, ""))
+      ->type_name("FILE");
+  command.add_option("--matrix", options->matrix, "write the transform: 4 lines of 4 numbers")->type_name("FILE");
+  return [options] { return align(*options); };
+}
+
+} // namespace pcl_gpu_icp::cli

@@ -1,0 +1,22 @@
+#pragma once
+
+#include <pcl_gpu_icp/rigid_transform.h>
+
+#include <array>
+#include <string>
+#include <vector>
+
+namespace pcl_gpu_icp::cli {
+
+/// Joins the numbers that follow --guess into one argument, so that they cannot be taken for file names, nor file names
+/// for them.
+std::vector<std::string> joinGuess(std::vector<std::string> arguments);
+
+/// The guess that an argument gives: a file name or 16 numbers. Its rotation may have been written with few digits.
+/// \throws Failure (Usage) for numbers, (Input) for a file, that are not a rigid transform
+RigidTransform readGuess(const std::string& argument);
+
+/// The nearest transform with an exactly orthonormal rotation that maps `anchor` to the same place.
+RigidTransform orthonormalised(const RigidTransform& transform, const std::array<double, 3>& anchor);
+
+} // namespace pcl_gpu_icp::cli

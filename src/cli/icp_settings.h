@@ -1,0 +1,33 @@
+#pragma once
+
+#include "cli/options.h"
+
+#include <pcl/registration/correspondence_rejection_trimmed.h>
+
+#include <cmath>
+
+namespace pcl_gpu_icp::cli {
+
+/// Applies the settings that stock PCL and the plugin share.
+template <typename Icp>
+void applySettings(Icp& icp, const AlignmentOptions& options)
+{
+  constexpr double radians_per_degree = 0.017453292519943295769;
+  icp.setMaximumIterations(options.iterations);
+  icp.setUseReciprocalCorrespondences(options.reciprocal);
+  if (options.max_distance)
+    icp.setMaxCorrespondenceDistance(*options.max_distance);
+  if (options.translation_epsilon)
+    icp.setTransformationEpsilon(*options.translation_epsilon * *options.translation_epsilon);
+  if (options.rotation_epsilon)
+    icp.setTransformationRotationEpsilon(std::cos(*options.rotation_epsilon * radians_per_degree));
+  if (options.fitness_epsilon)
+    icp.setEuclideanFitnessEpsilon(*options.fitness_epsilon);
+  if (options.trim) {
+    const auto trimmed = pcl::make_shared<pcl::registration::CorrespondenceRejectorTrimmed>();
+    trimmed->setOverlapRatio(static_cast<float>(*options.trim));
+    icp.addCorrespondenceRejector(trimmed);
+  }
+}
+
+} // namespace pcl_gpu_icp::cli

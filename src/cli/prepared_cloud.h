@@ -1,0 +1,28 @@
+#pragma once
+
+#include "cli/cloud.h"
+#include "cli/options.h"
+
+#include "report/alignment_report.h"
+
+#include <pcl/point_cloud.h>
+#include <pcl/point_types.h>
+
+#include <array>
+#include <string>
+
+namespace pcl_gpu_icp::cli {
+
+/// The points of a file as the alignment gets them: finite, in float about an origin of the cloud's own.
+struct PreparedCloud {
+  pcl::PointCloud<pcl::PointXYZ>::Ptr points;
+  std::array<double, 3> origin{};   ///< zero for a file whose coordinates are float
+  std::array<double, 3> centroid{}; ///< in the coordinates of the file
+  double extent = 0;                ///< largest coordinate about the centroid
+  report::PointCounts counts;
+};
+
+/// \throws Failure (Input) where no point is left
+PreparedCloud prepare(const Cloud& cloud, const std::string& path, const AlignmentOptions& options);
+
+} // namespace pcl_gpu_icp::cli
