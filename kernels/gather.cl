@@ -8,15 +8,15 @@
 // pose: 12 of 16 floats, rows of [R | t], from the source's frame to the target's
 // pairs: PAIR_ROWS rows of `stride` floats; entries past n are set to zero
 static inline void gather_pair(uint k,
-                        global const float* restrict source,
-                        uint source_stride,
-                        global const float* restrict target,
-                        uint target_stride,
-                        global const int2* restrict matches,
-                        uint n,
-                        float16 pose,
-                        global float* restrict pairs,
-                        uint stride)
+                               global const float* restrict source,
+                               uint source_stride,
+                               global const float* restrict target,
+                               uint target_stride,
+                               global const int2* restrict matches,
+                               uint n,
+                               float16 pose,
+                               global float* restrict pairs,
+                               uint stride)
 {
   float3 p = (float3)(0.0f), q = (float3)(0.0f);
   if (k < n) {

@@ -88,16 +88,17 @@ static inline void complete_line(real* U, real* V)
   const real length = sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2]);
   for (int i = 0; i < 3; ++i)
     U[3 * i + 1] = w[i] /= length;
-  // Rodrigues about a = u x v, with |a| = sin and u.v = cos; half a turn leaves w where it is.
+  // Rodrigues about a = u x v, with |a| = sin and u.v = cos; no turn and half a turn leave w where it is.
   const real a[3] = {u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]};
   const real cosine = u[0] * v[0] + u[1] * v[1] + u[2] * v[2];
   const real aw = a[0] * w[0] + a[1] * w[1] + a[2] * w[2];
   const real sine_sq = a[0] * a[0] + a[1] * a[1] + a[2] * a[2];
+  const bool turns = sine_sq > REAL_EPSILON * REAL_EPSILON;
   const real cross[3] = {a[1] * w[2] - a[2] * w[1], a[2] * w[0] - a[0] * w[2], a[0] * w[1] - a[1] * w[0]};
-  const real k = cosine > 0 ? 1 / (1 + cosine) : (sine_sq > 0 ? (1 - cosine) / sine_sq : 0);
+  const real k = cosine > 0 ? 1 / (1 + cosine) : (turns ? (1 - cosine) / sine_sq : 0);
   real image[3];
   for (int i = 0; i < 3; ++i)
-    image[i] = sine_sq > 0 ? cosine * w[i] + cross[i] + k * aw * a[i] : w[i];
+    image[i] = turns ? cosine * w[i] + cross[i] + k * aw * a[i] : w[i];
   // Against rounding close to half a turn: exactly across v, exactly of length 1.
   const real along = image[0] * v[0] + image[1] * v[1] + image[2] * v[2];
   for (int i = 0; i < 3; ++i)

@@ -31,6 +31,15 @@ PCL_GPU_ICP_API RigidTransform recentred(const RigidTransform& transform,
                                          const std::array<double, 3>& from,
                                          const std::array<double, 3>& to);
 
+/// The value that a narrower scalar holds. Volatile, because GCC 12.2 leaves the double -> float -> double conversion out
+/// where it vectorises it at -O2.
+template <typename Scalar>
+double rounded(double value)
+{
+  const volatile Scalar narrow = static_cast<Scalar>(value);
+  return narrow;
+}
+
 /// The transform as it is handed out in a narrower scalar: R is rounded first and t is derived from the rounded R so
 /// that `anchor` (the source's pivot) still maps where it should. Rounding R and t apart would be off by R's rounding
 /// times the distance from the origin: 2 cm at 500 km.
@@ -39,11 +48,11 @@ RigidTransform rounded(const RigidTransform& transform, const std::array<double,
 {
   RigidTransform result;
   for (int i = 0; i < 9; ++i)
-    result.rotation[i] = static_cast<Scalar>(transform.rotation[i]);
+    result.rotation[i] = rounded<Scalar>(transform.rotation[i]);
   const auto image = transform(anchor[0], anchor[1], anchor[2]);
   const auto rotated = result(anchor[0], anchor[1], anchor[2]);
   for (int i = 0; i < 3; ++i)
-    result.translation[i] = static_cast<Scalar>(image[i] - rotated[i]);
+    result.translation[i] = rounded<Scalar>(image[i] - rotated[i]);
   return result;
 }
 

@@ -167,7 +167,8 @@ ExitCode align(const AlignOptions& options)
     writeToStandardOutput(report::toText(report));
   if (!report.result.converged)
     throw Failure(ExitCode::NotConverged,
-                  options.source + " onto " + options.target + ": did not converge: " + toString(report.result.reason));
+                  options.source + " onto " + options.target + ": did not converge: " + toString(report.result.reason) +
+                      (outputs.cloud || outputs.matrix ? "; -o and --matrix not written" : ""));
   return ExitCode::Success;
 }
 

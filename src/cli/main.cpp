@@ -44,6 +44,8 @@ int run(int argc, char** argv)
   } catch (const CLI::Success& request) { // --help, --version
     return app.exit(request);
   } catch (const CLI::ParseError& error) {
+    if (app.get_subcommands().empty() && !app.remaining().empty())
+      return fail(ExitCode::Usage, "there is no subcommand " + app.remaining().front() + " (see --help)");
     return fail(ExitCode::Usage, std::string(error.what()) + " (see --help)");
   }
   return static_cast<int>(command());

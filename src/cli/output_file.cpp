@@ -31,6 +31,16 @@ bool writeAll(int file, std::string_view content)
   return true;
 }
 
+/// Follows symbolic links, also to a file that is not there yet, which weakly_canonical() leaves alone.
+fs::path resolved(fs::path path, std::error_code& error)
+{
+  path = fs::absolute(path, error);
+  constexpr int most_links = 40;
+  for (int i = 0; i < most_links && fs::is_symlink(fs::symlink_status(path, error)); ++i)
+    path = path.parent_path() / fs::read_symlink(path, error);
+  return fs::weakly_canonical(path, error);
+}
+
 bool renamed(const std::string& from, const std::string& to, bool overwrite)
 {
   if (overwrite)
@@ -62,7 +72,7 @@ OutputFile::OutputFile(std::string option, const std::string& path, bool overwri
 , overwrite_(overwrite)
 {
   std::error_code error;
-  const fs::path location = fs::weakly_canonical(path_, error);
+  const fs::path location = resolved(path_, error);
   if (error)
     fail(error.message());
   location_ = location.string();

@@ -15,7 +15,7 @@
 #include <pcl_gpu_icp/error.h>
 
 #include <algorithm>
-#include <limits>
+#include <cmath>
 
 namespace pcl_gpu_icp {
 
@@ -43,10 +43,20 @@ std::array<double, 9> orthonormal(const std::array<double, 9>& r)
   return result;
 }
 
+/// The kernels index the 9 rows of outer products with 32 bits.
+constexpr std::size_t points_at_most = (std::size_t(1) << 32) / 9 / ROW_PADDING * ROW_PADDING;
+
+template <std::size_t n>
+bool allFinite(const std::array<double, n>& values)
+{
+  return std::all_of(values.begin(), values.end(), [](double value) { return std::isfinite(value); });
+}
+
 void checkCount(std::size_t count)
 {
-  if (count > std::size_t(std::numeric_limits<std::int32_t>::max()))
-    throw InvalidArgument("clouds of more than 2^31 - 1 points cannot be indexed");
+  if (count > points_at_most)
+    throw InvalidArgument(std::to_string(count) + " points are more than the kernels can index (" +
+                          std::to_string(points_at_most) + ")");
 }
 
 } // namespace
@@ -106,6 +116,9 @@ struct RigidEstimator::Implementation {
       std::copy(std::begin(record.t), std::end(record.t), values.t.begin());
       estimate.degeneracy = degeneracyOf(record.rank);
     });
+    if (!allFinite(estimate.stages.H) || !allFinite(estimate.stages.R) || !allFinite(estimate.stages.t))
+      throw InvalidArgument("the pairs' coordinates are too large to be multiplied in " +
+                            std::string(toString(precision)) + ", or a correspondence names a point that is not finite");
   }
 
   Pipeline pipeline;
@@ -146,9 +159,9 @@ RigidTransform inFloat(const RigidTransform& transform)
 {
   RigidTransform result = transform;
   for (double& entry : result.rotation)
-    entry = static_cast<float>(entry);
+    entry = rounded<float>(entry);
   for (double& entry : result.translation)
-    entry = static_cast<float>(entry);
+    entry = rounded<float>(entry);
   return result;
 }
 
@@ -230,6 +243,7 @@ void RigidEstimator::setTarget(const Points& target)
 
 Estimate RigidEstimator::estimate(const Correspondence* correspondences, std::size_t count, const RigidTransform& pose)
 {
+  checkCount(count);
   Implementation& self = *implementation_;
   const auto inside = [&](const Correspondence& c) {
     return c.source >= 0 && cl_uint(c.source) < self.source.count && c.target >= 0 &&

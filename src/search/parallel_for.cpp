@@ -4,6 +4,7 @@
 #include <atomic>
 #include <exception>
 #include <mutex>
+#include <system_error>
 #include <thread>
 #include <vector>
 
@@ -40,8 +41,12 @@ void parallelFor(std::size_t count, unsigned threads, const std::function<void(s
   // Two ranges at least pay for starting another thread.
   const std::size_t useful = std::max<std::size_t>(1, count / (2 * range_size));
   std::vector<std::thread> helpers;
-  for (std::size_t i = 1; i < std::min<std::size_t>(threads, useful); ++i)
-    helpers.emplace_back(work);
+  try {
+    for (std::size_t i = 1; i < std::min<std::size_t>(threads, useful); ++i)
+      helpers.emplace_back(work);
+  } catch (const std::system_error&) {
+    // The system has no more threads to give: those there are do the work.
+  }
   work();
   for (std::thread& helper : helpers)
     helper.join();

@@ -39,12 +39,25 @@ std::vector<const float*> samplesOf(const Points& points)
   return samples;
 }
 
-/// Exact to float32's rounding: the pivot is itself a float32 coordinate.
-void writePoint(const float* p, const Pivot& pivot, float* row, std::size_t stride)
+/// Writes points [first, first + n), less the pivot, to three rows. Exact to float32's rounding: the pivot is itself a
+/// float32 coordinate.
+void writeRows(
+    const Points& points, std::size_t first, std::size_t n, const Pivot& pivot, float* rows, std::size_t stride)
 {
-  row[0] = p[0] - static_cast<float>(pivot[0]);
-  row[stride] = p[1] - static_cast<float>(pivot[1]);
-  row[2 * stride] = p[2] - static_cast<float>(pivot[2]);
+  const float x = static_cast<float>(pivot[0]), y = static_cast<float>(pivot[1]), z = static_cast<float>(pivot[2]);
+  const auto write = [&](std::size_t i, const float* p) {
+    rows[i] = p[0] - x;
+    rows[i + stride] = p[1] - y;
+    rows[i + 2 * stride] = p[2] - z;
+  };
+  if (points.index) {
+    for (std::size_t i = 0; i < n; ++i)
+      write(i, points[first + i]);
+    return;
+  }
+  const char* p = static_cast<const char*>(points.data) + first * points.stride;
+  for (std::size_t i = 0; i < n; ++i, p += points.stride)
+    write(i, reinterpret_cast<const float*>(p));
 }
 
 /// Whether the first n entries of every row of pairs are finite. No branch: it is vectorised.
@@ -108,10 +121,8 @@ void packPairs(opencl::Queue& queue,
     auto* rows = static_cast<float*>(memory);
     for (std::size_t first = 0; first < source.count; first += block_points) {
       const std::size_t points = std::min(block_points, source.count - first);
-      for (std::size_t i = 0; i < points; ++i) {
-        writePoint(source[first + i], p.pivot, rows + count + i, stride);
-        writePoint(target[first + i], q.pivot, rows + 3 * stride + count + i, stride);
-      }
+      writeRows(source, first, points, p.pivot, rows + count, stride);
+      writeRows(target, first, points, q.pivot, rows + 3 * stride + count, stride);
       count += allFinite(rows + count, stride, points) ? points : compact(rows + count, stride, points);
     }
     for (std::size_t row = 0; row < PAIR_ROWS; ++row)
@@ -125,10 +136,9 @@ void packPairs(opencl::Queue& queue,
 void packCloud(opencl::Queue& queue, const Points& points, const Placement& placement, Cloud& cloud)
 {
   const std::size_t stride = paddedStride(points.count);
+  cloud.count = 0; // should the upload fail
   queue.upload(cloud.rows, 3 * stride * sizeof(float), [&](void* memory) {
-    auto* rows = static_cast<float*>(memory);
-    for (std::size_t i = 0; i < points.count; ++i)
-      writePoint(points[i], placement.pivot, rows + i, stride);
+    writeRows(points, 0, points.count, placement.pivot, static_cast<float*>(memory), stride);
   });
   cloud.stride = static_cast<cl_uint>(stride);
   cloud.count = static_cast<cl_uint>(points.count);

@@ -27,7 +27,10 @@ bool sameBits(const Values& a, const Values& b)
 
 } // namespace
 
-std::string EstimatorCase::name() const { return device.name() + (pipeline == Pipeline::Staged ? "_Staged" : "_Fused"); }
+std::string EstimatorCase::name() const
+{
+  return device.name() + (pipeline == Pipeline::Staged ? "_Staged" : "_Fused");
+}
 
 RigidEstimator EstimatorCase::estimator() const
 {
@@ -56,8 +59,7 @@ void expectRigid(const Estimate& estimate, double tolerance)
                                         vectorOf(stages.S),
                                         vectorOf(stages.t)})
     EXPECT_TRUE(values.allFinite());
-  for (const Eigen::Matrix3d& values :
-       {matrixOf(stages.H), matrixOf(stages.U), matrixOf(stages.V), matrixOf(stages.R)})
+  for (const Eigen::Matrix3d& values : {matrixOf(stages.H), matrixOf(stages.U), matrixOf(stages.V), matrixOf(stages.R)})
     EXPECT_TRUE(values.allFinite());
 }
 

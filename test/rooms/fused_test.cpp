@@ -41,10 +41,9 @@ TEST_P(FusedStages, LeaveWhatEveryStageWouldHaveLeft)
     EXPECT_LE((U * vectorOf(solution.S).asDiagonal() * V.transpose() - matrixOf(solution.H)).norm(),
               32 * epsilon * magnitude);
     EXPECT_NEAR(R.determinant(), 1, 16 * epsilon);
-    EXPECT_LE((vectorOf(solution.t) -
-               (vectorOf(solution.target_centroid) - R * vectorOf(solution.source_centroid)))
-                  .norm(),
-              64 * epsilon * 10);
+    EXPECT_LE(
+        (vectorOf(solution.t) - (vectorOf(solution.target_centroid) - R * vectorOf(solution.source_centroid))).norm(),
+        64 * epsilon * 10);
     if (n > 3) {
       EXPECT_LE((R - expected.R).cwiseAbs().maxCoeff(), 64 * epsilon);
     }

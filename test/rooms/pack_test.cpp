@@ -48,10 +48,7 @@ TEST(Pivot, IgnoresWhatIsNotFinite)
   EXPECT_EQ(stages::placementOf(viewOf(cloud)).pivot, (stages::Pivot{1, 2, 3}));
 }
 
-TEST(Pivot, OfNothingIsTheOrigin)
-{
-  EXPECT_EQ(stages::placementOf(Points{}).pivot, stages::Pivot{});
-}
+TEST(Pivot, OfNothingIsTheOrigin) { EXPECT_EQ(stages::placementOf(Points{}).pivot, stages::Pivot{}); }
 
 TEST(Rounding, IsHalfAUnitInTheLastPlaceOfTheLargestCoordinate)
 {

@@ -96,8 +96,7 @@ TEST_P(Property, MovingBothCloudsMovesTheEstimate)
     move.linear() = move.linear().array().round();
     move.translation() = Vector3d(random.count(0, 9), random.count(0, 9), random.count(0, 9));
     const Isometry3d before = isometryOf(estimate(pairs.source, pairs.target).transform);
-    const Isometry3d after =
-        isometryOf(estimate(moved(pairs.source, move), moved(pairs.target, move)).transform);
+    const Isometry3d after = isometryOf(estimate(moved(pairs.source, move), moved(pairs.target, move)).transform);
     const Isometry3d expected = move * before * move.inverse();
     EXPECT_LE((after.linear() - expected.linear()).norm(), tolerance());
     EXPECT_LE((after.translation() - expected.translation()).norm(), 20 * tolerance());

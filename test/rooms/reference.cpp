@@ -38,10 +38,7 @@ Matrix3d matrixOf(const std::array<double, 9>& row_major)
   return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(row_major.data());
 }
 
-Vector3d vectorOf(const std::array<double, 3>& vector)
-{
-  return Eigen::Map<const Vector3d>(vector.data());
-}
+Vector3d vectorOf(const std::array<double, 3>& vector) { return Eigen::Map<const Vector3d>(vector.data()); }
 
 std::array<double, 9> rowMajor(const Matrix3d& matrix)
 {
@@ -51,10 +48,7 @@ std::array<double, 9> rowMajor(const Matrix3d& matrix)
   return result;
 }
 
-std::array<double, 3> arrayOf(const Vector3d& vector)
-{
-  return {vector.x(), vector.y(), vector.z()};
-}
+std::array<double, 3> arrayOf(const Vector3d& vector) { return {vector.x(), vector.y(), vector.z()}; }
 
 Isometry3d isometryOf(const RigidTransform& transform)
 {
@@ -110,10 +104,7 @@ Vector3d Random::direction()
   return Vector3d(normal(generator_), normal(generator_), normal(generator_)).normalized();
 }
 
-Matrix3d Random::rotation()
-{
-  return Eigen::AngleAxisd(uniform(-EIGEN_PI, EIGEN_PI), direction()).toRotationMatrix();
-}
+Matrix3d Random::rotation() { return Eigen::AngleAxisd(uniform(-EIGEN_PI, EIGEN_PI), direction()).toRotationMatrix(); }
 
 Isometry3d Random::motion(double reach)
 {

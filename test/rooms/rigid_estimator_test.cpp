@@ -36,8 +36,7 @@ TEST_P(Estimator, AgreesWithTheReferenceForEverySize)
     Random random(7000 + n);
     const Cloud source = snapped(random.cloud(n, {8, 6, 3}, {1, -2, 3}));
     // Noise of a few centimetres: the least-squares answer, not only the perfect one.
-    const Cloud target =
-        snapped(moved(source, random.motion(2)) + random.cloud(n, {0.05, 0.05, 0.05}, {0, 0, 0}));
+    const Cloud target = snapped(moved(source, random.motion(2)) + random.cloud(n, {0.05, 0.05, 0.05}, {0, 0, 0}));
     const Estimate result = estimate(source, target);
     const Reference expected = referenceOf(source, target);
     EXPECT_EQ(result.pairs, n);
@@ -177,8 +176,8 @@ TEST_P(Estimator, OfResidentCloudsIsTheEstimateOfTheMovedPairs)
     const Estimate expected = estimate(p, q);
     // Random matches leave small singular values, on which R depends most.
     EXPECT_LE(rmsDifference(isometryOf(resident.transform), isometryOf(expected.transform), p), 1e-3);
-    EXPECT_NEAR(rmsResidual(isometryOf(resident.transform), p, q),
-                rmsResidual(isometryOf(expected.transform), p, q), 1e-5);
+    EXPECT_NEAR(
+        rmsResidual(isometryOf(resident.transform), p, q), rmsResidual(isometryOf(expected.transform), p, q), 1e-5);
   }
 }
 
@@ -201,8 +200,7 @@ TEST_P(Estimator, OfResidentCloudsRecoversWhatThePoseLacks)
     estimator_.setTarget(viewOf(target));
     const Estimate result = estimator_.estimate(matches.data(), matches.size(), transformOf(pose));
     // The input's own rounding: half a float32 step of the coordinates.
-    EXPECT_LE(rmsDifference(isometryOf(result.transform) * pose, truth, source),
-              2e-5 + 6e-8 * offset);
+    EXPECT_LE(rmsDifference(isometryOf(result.transform) * pose, truth, source), 2e-5 + 6e-8 * offset);
   }
 }
 
@@ -224,6 +222,22 @@ TEST_P(Estimator, RefusesCorrespondencesOfPointsThatAreNotThere)
   EXPECT_TRUE(estimator_.takeTimes().empty()) << "nothing was enqueued";
   const Correspondence last{9, 19, 0};
   EXPECT_EQ(estimator_.estimate(&last, 1, {}).pairs, 1U);
+}
+
+TEST_P(Estimator, RefusesCorrespondencesOfPointsThatAreNotFinite)
+{
+  Random random(20);
+  Cloud source = random.cloud(100);
+  const Cloud target = random.cloud(100);
+  source(1, 50) = std::numeric_limits<float>::quiet_NaN();
+  estimator_.setSource(viewOf(source));
+  estimator_.setTarget(viewOf(target));
+  std::vector<Correspondence> matches;
+  for (int i = 0; i < 100; ++i)
+    matches.push_back({i, i, 0});
+  EXPECT_THROW(estimator_.estimate(matches.data(), matches.size(), {}), InvalidArgument);
+  matches.erase(matches.begin() + 50);
+  EXPECT_NO_THROW(estimator_.estimate(matches.data(), matches.size(), {}));
 }
 
 TEST_P(Estimator, OfNoCorrespondencesIsEmpty)
@@ -293,10 +307,7 @@ TEST_P(Estimator, AccountsForEveryStageAndTransfer)
   EXPECT_TRUE(estimator_.takeTimes().empty());
 }
 
-TEST_P(Estimator, StartsWithNoTimesOfItsOwn)
-{
-  EXPECT_TRUE(estimator_.takeTimes().empty());
-}
+TEST_P(Estimator, StartsWithNoTimesOfItsOwn) { EXPECT_TRUE(estimator_.takeTimes().empty()); }
 
 TEST_P(Estimator, TellsWhatItRunsOn)
 {

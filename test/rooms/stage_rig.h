@@ -129,10 +129,7 @@ inline Eigen::Matrix3d matrixOf(const double (&row_major)[9])
   return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(row_major);
 }
 
-inline Eigen::Vector3d vectorOf(const double (&vector)[3])
-{
-  return Eigen::Map<const Eigen::Vector3d>(vector);
-}
+inline Eigen::Vector3d vectorOf(const double (&vector)[3]) { return Eigen::Map<const Eigen::Vector3d>(vector); }
 
 inline void store(const Eigen::Matrix3d& matrix, double (&row_major)[9])
 {
@@ -140,9 +137,6 @@ inline void store(const Eigen::Matrix3d& matrix, double (&row_major)[9])
     row_major[i] = matrix(i / 3, i % 3);
 }
 
-inline void store(const Eigen::Vector3d& vector, double (&values)[3])
-{
-  std::copy_n(vector.data(), 3, values);
-}
+inline void store(const Eigen::Vector3d& vector, double (&values)[3]) { std::copy_n(vector.data(), 3, values); }
 
 } // namespace pcl_gpu_icp::test

@@ -50,7 +50,8 @@ TEST(RigidTransform, RoundedStillMapsItsAnchorWhereItShould)
     const Vector3d anchor(distance, -distance, 10);
     motion.translation() += anchor - motion.linear() * anchor;
     const auto together = isometryOf(rounded<float>(transformOf(motion), arrayOf(anchor)));
-    EXPECT_EQ(together.matrix(), together.matrix().cast<float>().cast<double>()) << "representable in float";
+    const Eigen::Matrix4f in_float = together.matrix().cast<float>();
+    EXPECT_EQ(Eigen::Matrix4d(in_float.cast<double>()), together.matrix()) << "representable in float";
     const double ulp = std::max(1.0, motion.translation().cwiseAbs().maxCoeff()) * 6e-8;
     EXPECT_LE((together * anchor - motion * anchor).cwiseAbs().maxCoeff(), ulp);
     const Isometry3d exact = isometryOf(rounded<double>(transformOf(motion), arrayOf(anchor)));

@@ -1,0 +1,147 @@
+"""What align computes, says and exits with."""
+
+import os
+
+from command import (
+    DEVICE, IDENTITY, NOT_CONVERGED, CommandTest, motion, moved, pcd, surface)
+
+POINTS = surface()
+MOTION = motion(3, (0.05, -0.08, 0.04))
+TARGET = [moved(MOTION, point) for point in POINTS]
+
+
+class Align(CommandTest):
+    def setUp(self):
+        super().setUp()
+        self.source = self.write("source.pcd", pcd(POINTS, "binary"))
+        self.target = self.write("target.pcd", pcd(TARGET, "binary"))
+
+    def test_json(self):
+        result = self.align(self.source, self.target)
+        self.assertEqual((result["source"], result["target"]), (self.source, self.target))
+        self.assert_maps(result["transform"], POINTS, TARGET, 1e-4)
+        self.assertEqual(result["transform"][3], [0, 0, 0, 1])
+        self.assertTrue(result["converged"])
+        self.assertEqual(result["reason"], "absolute mse")
+        self.assertEqual(result["inliers"], len(POINTS))
+        self.assertEqual(result["points"]["source"], len(POINTS))
+        self.assertEqual(result["points"]["target"], len(TARGET))
+        self.assertEqual(result["degenerate"], "none")
+        self.assertLess(result["rmse"], 1e-5)
+        self.assertGreater(result["rmse_before"], 0.05)
+        self.assertLess(result["fitness_score"], 1e-10)
+        times = result["times_ms"]
+        self.assertGreaterEqual(times["total"], times["align"])
+        self.assertEqual(list(times)[-1], "total")
+
+    def test_summary(self):
+        text = self.succeed("align", self.source, self.target)
+        result = self.align(self.source, self.target)
+        for expected in [
+            f"{self.source}: 480 points, 480 used\n",
+            f"{self.target}: 480 points, 480 used\n",
+            result["device"]["name"],
+            "pipeline fused",
+            f"converged after {result['iterations']} iterations",
+            "(improved)",
+            "inliers    480\n",
+            "degenerate no\n",
+            "transform\n",
+            "search",
+            "total",
+        ]:
+            self.assertIn(expected, text)
+
+    def test_same_bits_on_every_run(self):
+        first, second = (self.align(self.source, self.target) for _ in range(2))
+        self.assertEqual(first["transform"], second["transform"])
+
+    def test_an_alignment_that_changes_nothing(self):
+        self.assertIn("(unchanged)", self.succeed("align", self.source, self.source))
+
+    def test_every_point_is_accounted_for(self):
+        nan = float("nan")
+        zeros = [(0.0, 0.0, 0.0)] * 11
+        source = self.write("s.pcd", pcd(POINTS + zeros + [(nan, 1.0, 1.0)] * 3))
+        target = self.write("t.pcd", pcd(TARGET + zeros + [(1.0, nan, 1.0)] * 4 + TARGET[:5]))
+        result = self.align(source, target, "--drop-zero-returns")
+        # POINTS[0] is itself at the origin.
+        self.assertEqual(
+            result["points"],
+            {
+                "source": 479,
+                "target": 480,
+                "dropped": {
+                    "source": {"non_finite": 3, "zero_returns": 12, "downsampled": 0, "coincident": 0},
+                    "target": {"non_finite": 4, "zero_returns": 11, "downsampled": 0, "coincident": 5},
+                },
+            },
+        )
+        text = self.succeed("align", source, target, "--drop-zero-returns")
+        self.assertIn("494 points, 479 used (dropped: 3 not finite, 12 zero returns)", text)
+        self.assertIn("5 coincident with another)", text)
+        kept = self.align(source, target)
+        self.assertEqual(kept["points"]["source"], 491)
+
+    def test_no_correspondences(self):
+        far = self.write("far.pcd", pcd([(x + 1000, y, z) for x, y, z in POINTS]))
+        arguments = ["align", self.source, far, "--max-distance", "1", "--json", "-"]
+        done = self.fail_with(NOT_CONVERGED, *arguments, names=[self.source, far, "no correspondences"])
+        result = self.checked(done.stdout)
+        self.assertFalse(result["converged"])
+        self.assertEqual(result["reason"], "no correspondences")
+        self.assertEqual(result["transform"], IDENTITY)
+        self.assertEqual(result["inliers"], 0)
+        self.assertIsNone(result["rmse"])
+        self.assertIsNone(result["rmse_before"])
+
+    def test_degenerate_geometry(self):
+        line = self.write("line.pcd", pcd([(0.1 * i, 0.2 * i, 0.3 * i) for i in range(50)]))
+        spot = self.write("spot.pcd", pcd([(1.0, 2.0, 3.0)] * 50))
+        for cloud, verdict in [(line, "line"), (spot, "point")]:
+            with self.subTest(verdict):
+                self.assertEqual(self.align(cloud, cloud)["degenerate"], verdict)
+                self.assertIn("degenerate yes", self.succeed("align", cloud, cloud))
+
+    def test_a_name_that_is_no_utf8(self):
+        name = bytes(self.directory) + b"/\xff.pcd"
+        with open(name, "wb") as file:
+            file.write(pcd(POINTS))
+        result = self.checked(self.succeed("align", os.fsdecode(name), self.target, "--json", "-"))
+        self.assertTrue(result["source"].endswith("\ufffd.pcd"))
+
+
+class Devices(CommandTest):
+    def setUp(self):
+        super().setUp()
+        self.cloud = self.write("cloud.pcd", pcd(POINTS))
+
+    def test_a_selection_that_matches_nothing(self):
+        self.fail_with(DEVICE, "align", self.cloud, self.cloud, "--device", "nosuch", names="nosuch")
+        self.fail_with(DEVICE, "compare", self.cloud, self.cloud, "--device", "nosuch", names="nosuch")
+        self.fail_with(DEVICE, "align", self.cloud, self.cloud, environment={"PCL_GPU_ICP_DEVICE": "nosuch"},
+                       names="nosuch")
+
+    def test_no_opencl_at_all(self):
+        none = {"OCL_ICD_VENDORS": self.path("")}
+        self.fail_with(DEVICE, "align", self.cloud, self.cloud, environment=none, names="pocl-opencl-icd")
+        self.fail_with(DEVICE, "compare", self.cloud, self.cloud, environment=none, names="pocl-opencl-icd")
+
+
+class RealScans(CommandTest):
+    def test_street(self):
+        result = self.align(
+            self.shared("lidar_street_0.pcd"), self.shared("lidar_street_1.pcd"), "--drop-zero-returns", "--leaf", "0.5",
+            "--max-distance", "1", "--iterations", "40")
+        self.assertEqual(result["points"]["dropped"]["source"]["zero_returns"], 5032)
+        self.assertEqual(result["points"]["dropped"]["target"]["zero_returns"], 5107)
+        self.assertLess(result["rmse"], result["rmse_before"])
+        # The inverse of lidar_street_T_0_1.txt, to what point-to-point ICP can do here.
+        for i, expected in enumerate((-0.4868, -0.1011, 0.0141)):
+            self.assertAlmostEqual(result["transform"][i][3], expected, delta=0.1)
+
+    def test_utm_terrain(self):
+        terrain = self.shared("terrain_utm.pcd")
+        result = self.align(terrain, terrain, "--iterations", "3")
+        self.assertEqual(result["rmse_before"], 0)
+        self.assertLess(result["rmse"], 1e-6)

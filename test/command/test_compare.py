@@ -1,0 +1,68 @@
+"""Stock PCL and the plugin side by side."""
+
+import json
+import math
+
+from command import NOT_CONVERGED, CommandTest, motion, moved, pcd, surface
+
+POINTS = surface()
+MOTION = motion(3, (0.05, -0.08, 0.04))
+TARGET = [moved(MOTION, point) for point in POINTS]
+RUN_KEYS = {"converged", "reason", "iterations", "time_ms", "rmse", "fitness_score", "transform"}
+
+
+class Compare(CommandTest):
+    def setUp(self):
+        super().setUp()
+        self.source = self.write("source.pcd", pcd(POINTS))
+        self.target = self.write("target.pcd", pcd(TARGET))
+
+    def test_json(self):
+        result = json.loads(self.succeed("compare", self.source, self.target, "--json", "-"))
+        self.assertEqual(set(result["stock"]), RUN_KEYS)
+        self.assertEqual(set(result["plugin"]), RUN_KEYS | {"start_ms"})
+        self.assertTrue(result["agree"])
+        self.assertEqual(result["tolerance"], {"degrees": 0.01, "metres": 0.001})
+        for run in (result["stock"], result["plugin"]):
+            self.assertTrue(run["converged"])
+            self.assert_maps(run["transform"], POINTS, TARGET, 1e-4)
+            self.assertLess(run["rmse"], 1e-4)
+            self.assertAlmostEqual(run["rmse"] ** 2, run["fitness_score"], delta=1e-12)
+        self.assertAlmostEqual(result["speedup"], result["stock"]["time_ms"] / result["plugin"]["time_ms"])
+        centroid = [sum(p[i] for p in POINTS) / len(POINTS) for i in range(3)]
+        for found, expected in zip(result["centroid"], centroid):
+            self.assertAlmostEqual(found, expected, places=5)
+        images = [moved(result[name]["transform"], centroid) for name in ("stock", "plugin")]
+        self.assertAlmostEqual(result["difference"]["metres"], math.dist(*images), delta=1e-6)
+
+    def test_summary(self):
+        text = self.succeed("compare", self.source, self.target, "--iterations", "5")
+        for expected in ("pcl_gpu_icp", "iterations", "reason", "RMSE", "fitness", "speed", "degrees", "within"):
+            self.assertIn(expected, text)
+
+    def test_difference_beyond_the_tolerances(self):
+        # Two roundings of one rotation are never the same in all digits.
+        arguments = ["compare", self.source, self.target, "--iterations", "7"]
+        done = self.fail_with(
+            NOT_CONVERGED, *arguments, "--tolerance-degrees", "1e-30", "--tolerance-distance", "1e-30",
+            names=[self.source, self.target, "tolerances"])
+        self.assertIn("more than", done.stdout)
+        self.fail_with(NOT_CONVERGED, *arguments, "--tolerance-degrees", "1e-30", names="tolerances")
+        self.succeed(*arguments, "--tolerance-degrees", "1", "--tolerance-distance", "1")
+
+    def test_the_settings_reach_both(self):
+        arguments = ["--iterations", "3", "--max-distance", "0.2", "--trim", "0.5", "--reciprocal", "--pipeline", "staged"]
+        result = json.loads(self.succeed("compare", self.source, self.target, *arguments, "--json", "-"))
+        self.assertEqual((result["stock"]["iterations"], result["plugin"]["iterations"]), (3, 3))
+        self.assertEqual((result["stock"]["reason"], result["plugin"]["reason"]), ("iterations", "iterations"))
+        self.assertEqual(result["pipeline"], "staged")
+        epsilon = ["--translation-epsilon", "1", "--rotation-epsilon", "90"]
+        result = json.loads(self.succeed("compare", self.source, self.target, *epsilon, "--json", "-"))
+        self.assertEqual((result["stock"]["reason"], result["plugin"]["reason"]), ("transform", "transform"))
+
+    def test_neither_converges(self):
+        far = self.write("far.pcd", pcd([(x + 1000, y, z) for x, y, z in POINTS]))
+        self.fail_with(NOT_CONVERGED, "compare", self.source, far, "--max-distance", "1", names="no correspondences")
+
+    def test_real_scans(self):
+        self.succeed("compare", self.shared("bunny_0.pcd"), self.shared("bunny_45.pcd"), "--iterations", "30")

@@ -1,0 +1,145 @@
+"""Each option of align does what its help says."""
+
+import os
+
+from command import CommandTest, motion, moved, numbers, pcd, read_pcd, surface
+
+POINTS = surface()
+MOTION = motion(3, (0.05, -0.08, 0.04))
+TARGET = [moved(MOTION, point) for point in POINTS]
+OVERLAP = 200  # the halves of the surface share this many points
+
+
+class Options(CommandTest):
+    def setUp(self):
+        super().setUp()
+        self.source = self.write("source.pcd", pcd(POINTS))
+        self.target = self.write("target.pcd", pcd(TARGET))
+        middle = (len(POINTS) + OVERLAP) // 2
+        self.half_source = self.write("half_source.pcd", pcd(POINTS[:middle]))
+        self.half_target = self.write("half_target.pcd", pcd(TARGET[-middle:]))
+
+    def test_guess(self):
+        turn = motion(120, (5, -4, 3))
+        turned_target = self.write("turned.pcd", pcd([moved(turn, point) for point in POINTS]))
+        lost = self.align(self.source, turned_target)
+        self.assertGreater(lost["rmse"], 0.01)
+        guess = motion(119, (5.02, -4.02, 3.01))
+        as_file = self.write("guess.txt", "\n".join(" ".join(numbers([row])) for row in guess))
+        for arguments in (
+            ["--guess", *numbers(guess)],
+            ["--guess", as_file],
+            ["--guess", ",".join(numbers(guess))],
+            ["--guess=" + " ".join(numbers(guess))],
+        ):
+            found = self.align(self.source, turned_target, *arguments)
+            self.assertLess(found["rmse_before"], 0.2)
+            self.assert_maps(found["transform"], POINTS, [moved(turn, point) for point in POINTS], 1e-4)
+        first = self.succeed("align", "--guess", *numbers(guess), self.source, turned_target, "--json", "-")
+        self.assertEqual(self.checked(first)["transform"], found["transform"])
+
+    def test_guess_with_few_digits_gives_a_rotation(self):
+        rounded = [[round(value, 4) for value in row] for row in MOTION]
+        rows = self.align(self.source, self.target, "--guess", *numbers(rounded), "--iterations", "1")["transform"]
+        for i in range(3):
+            for j in range(3):
+                dot = sum(rows[i][k] * rows[j][k] for k in range(3))
+                self.assertAlmostEqual(dot, i == j, delta=1e-6)
+
+    def test_max_distance(self):
+        result = self.align(self.half_source, self.half_target, "--max-distance", "0.2")
+        self.assertLess(result["inliers"], (len(POINTS) + OVERLAP) // 2)
+        self.assert_maps(result["transform"], POINTS, TARGET, 1e-3)
+
+    def test_iterations(self):
+        result = self.align(self.source, self.target, "--iterations", "2")
+        self.assertEqual((result["iterations"], result["reason"], result["converged"]), (2, "iterations", True))
+        self.assertIn("limit of 2 iterations", self.succeed("align", self.source, self.target, "--iterations", "2"))
+
+    def test_translation_and_rotation_epsilon(self):
+        loose = self.align(self.source, self.target, "--translation-epsilon", "1")
+        self.assertEqual((loose["reason"], loose["iterations"]), ("transform", 1))
+        # The first iterations turn by more than a thousandth of a degree.
+        strict = self.align(self.source, self.target, "--translation-epsilon", "1", "--rotation-epsilon", "0.001")
+        self.assertEqual(strict["reason"], "transform")
+        self.assertGreater(strict["iterations"], 1)
+        wide = self.align(self.source, self.target, "--translation-epsilon", "1", "--rotation-epsilon", "45")
+        self.assertEqual(wide["iterations"], 1)
+        fine = self.align(self.source, self.target, "--translation-epsilon", "0.001")
+        self.assertGreater(fine["iterations"], 1)
+
+    def test_fitness_epsilon(self):
+        result = self.align(self.half_source, self.half_target, "--fitness-epsilon", "0.9")
+        self.assertEqual(result["reason"], "relative mse")
+
+    def test_leaf(self):
+        output = self.path("out.pcd")
+        result = self.align(self.source, self.target, "--leaf", "0.6", "-o", output)
+        dropped = result["points"]["dropped"]
+        self.assertGreater(dropped["source"]["downsampled"], 100)
+        self.assertEqual(result["points"]["source"] + dropped["source"]["downsampled"], len(POINTS))
+        self.assertEqual(result["points"]["target"] + dropped["target"]["downsampled"], len(TARGET))
+        self.assertEqual(len(read_pcd(output)[1]), len(POINTS))
+        # A grid finer than the points keeps them all.
+        self.assertEqual(self.align(self.source, self.target, "--leaf", "0.01")["points"]["source"], len(POINTS))
+
+    def test_leaf_takes_the_centroid_of_each_voxel(self):
+        cloud = self.write("c.pcd", pcd([(0.1, 0.1, 0.1), (0.3, 0.1, 0.1), (-0.1, 0.1, 0.1), (5.0, 5.0, 5.0)]))
+        centroids = self.write("d.pcd", pcd([(0.2, 0.1, 0.1), (-0.1, 0.1, 0.1), (5.0, 5.0, 5.0)]))
+        result = self.align(cloud, centroids, "--leaf", "1")
+        self.assertEqual(result["points"]["source"], 3)
+        self.assertLess(result["rmse_before"], 1e-6)
+
+    def test_leaf_has_no_limit_on_the_voxels_of_the_box(self):
+        apart = POINTS + [(1e7, 1e7, 1e7)]
+        cloud = self.write("apart.pcd", pcd(apart))
+        self.assertLess(self.align(cloud, cloud, "--leaf", "0.6")["points"]["source"], len(POINTS))
+
+    def test_reciprocal(self):
+        plain = self.align(self.half_source, self.half_target, "--iterations", "1")
+        mutual = self.align(self.half_source, self.half_target, "--iterations", "1", "--reciprocal")
+        self.assertLess(mutual["inliers"], plain["inliers"])
+        self.assertGreater(mutual["inliers"], 0)
+
+    def test_trim(self):
+        result = self.align(self.source, self.target, "--iterations", "1", "--trim", "0.25")
+        self.assertEqual(result["inliers"], len(POINTS) // 4)
+
+    def test_drop_zero_returns(self):
+        zeros = [(0.0, 0.0, 0.0)] * 400
+        source = self.write("s.pcd", pcd(POINTS + zeros))
+        target = self.write("t.pcd", pcd(TARGET + zeros))
+        output = self.path("out.pcd")
+        result = self.align(source, target, "--drop-zero-returns", "-o", output)
+        self.assert_maps(result["transform"], POINTS, TARGET, 1e-3)
+        points = read_pcd(output)[1]
+        self.assertEqual(points[len(POINTS) :], zeros)
+        biased = self.align(source, target)
+        self.assertGreater(abs(biased["transform"][0][3] - MOTION[0][3]), 1e-3)
+
+    def test_search_and_pipeline(self):
+        results = {
+            pipeline: self.align(self.source, self.target, "--pipeline", pipeline, "--search", "pcl")
+            for pipeline in ("staged", "fused")
+        }
+        for pipeline, result in results.items():
+            self.assertEqual((result["pipeline"], result["search"]), (pipeline, "pcl"))
+            self.assert_maps(result["transform"], POINTS, TARGET, 1e-4)
+        self.assertIn("device_svd", results["staged"]["times_ms"])
+        self.assertNotIn("device_svd", results["fused"]["times_ms"])
+
+    def test_device(self):
+        named = self.align(self.source, self.target, "--device", "0:0")
+        self.assertEqual(
+            self.align(self.source, self.target, "--device", named["device"]["name"])["device"], named["device"])
+
+    def test_threads(self):
+        self.assertIn(" 1 threads", self.succeed("align", self.source, self.target, "--threads", "1"))
+        self.assertIn(" 3 threads", self.succeed("align", self.source, self.target, "--threads", "3"))
+
+    def test_quiet(self):
+        matrix = self.path("matrix.txt")
+        self.assertEqual(self.succeed("align", self.source, self.target, "--quiet", "--matrix", matrix), "")
+        self.assertGreater(os.path.getsize(matrix), 0)
+        self.checked(self.succeed("align", self.source, self.target, "--quiet", "--json", "-"))
+        self.assertEqual(self.succeed("compare", self.source, self.target, "--quiet"), "")

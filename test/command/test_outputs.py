@@ -1,0 +1,277 @@
+"""Files out: every field kept, whole or not at all, and nothing overwritten unasked."""
+
+import errno
+import math
+import os
+import resource
+import stat
+import struct
+
+from command import (
+    NOT_CONVERGED, OUTPUT, USAGE, XYZ, XYZ_DOUBLE, CommandTest, motion, moved, pcd, ply, read_pcd, read_ply,
+    surface, turned)
+
+POINTS = surface()
+MOTION = motion(3, (0.05, -0.08, 0.04))
+TARGET = [moved(MOTION, point) for point in POINTS]
+NORMALS = [(math.sin(i), math.cos(i) * math.sin(2 * i), math.cos(i) * math.cos(2 * i)) for i in range(len(POINTS))]
+
+
+def read(path, mode="r"):
+    with open(path, mode) as file:
+        return file.read()
+
+
+class Cloud(CommandTest):
+    def aligned(self, source, output="out.pcd", *arguments):
+        """Aligns the content of a file and returns the name of the file written, and the transform."""
+        path = self.path(output)
+        target = self.write("target.pcd", pcd(TARGET))
+        result = self.align(self.write("source.file", source), target, "-o", path, *arguments)
+        return path, result["transform"]
+
+    def assert_near(self, found, expected, tolerance=1e-5):
+        self.assertEqual(len(found), len(expected))
+        for p, q in zip(found, expected):
+            self.assertLess(math.dist(p, q), tolerance)
+
+    def test_every_field_is_kept(self):
+        fields = [
+            ("label", "U", 1, 1), *XYZ, ("normal_x", "F", 4, 1), ("normal_y", "F", 4, 1), ("normal_z", "F", 4, 1),
+            ("curvature", "F", 4, 1), ("rgb", "F", 4, 1), ("intensity", "F", 4, 1), ("stamp", "F", 8, 1),
+            ("histogram", "F", 4, 3), ("ring", "U", 2, 1), ("offset", "I", 4, 1)]
+        colour = struct.unpack("<f", struct.pack("<I", 0x00804020))[0]
+        points = [
+            (i % 256, *p, *n, 0.5 * i, colour, 7.0 + i, 1e9 + i / 1024, 1.0, float(i), 3.0, 65535 - i, -i)
+            for i, (p, n) in enumerate(zip(POINTS, NORMALS))]
+        for encoding in ("ascii", "binary", "binary_compressed"):
+            with self.subTest(encoding):
+                output, transform = self.aligned(pcd(points, encoding, fields), "out.pcd", "--force")
+                header, found = read_pcd(output)
+                self.assertEqual(header["FIELDS"], [field[0] for field in fields])
+                self.assertEqual(header["SIZE"], [str(field[2]) for field in fields])
+                self.assertEqual(header["TYPE"], [field[1] for field in fields])
+                self.assertEqual(header["COUNT"], [str(field[3]) for field in fields])
+                self.assert_near([p[1:4] for p in found], [moved(transform, p) for p in POINTS])
+                self.assert_near([p[4:7] for p in found], [turned(transform, n) for n in NORMALS])
+                for p, q in zip(found, points):
+                    self.assertEqual(p[:1] + p[8:9] + p[10:], q[:1] + q[8:9] + q[10:])
+                    self.assertAlmostEqual(p[7], q[7], places=3)
+
+    def test_double_coordinates_keep_their_digits(self):
+        offset = (512345.678, 5403210.987, 312.3)
+        source = [tuple(p[i] + offset[i] for i in range(3)) for p in POINTS]
+        target = [tuple(p[i] + offset[i] for i in range(3)) for p in TARGET]
+        result = self.align(
+            self.write("s.pcd", pcd(source, "binary", XYZ_DOUBLE)), self.write("t.pcd", pcd(target, "binary", XYZ_DOUBLE)),
+            "-o", self.path("out.pcd"))
+        header, found = read_pcd(self.path("out.pcd"))
+        self.assertEqual((header["SIZE"], header["TYPE"]), (["8"] * 3, ["F"] * 3))
+        self.assert_near(found, target, 1e-4)
+        self.assert_near(found, [moved(result["transform"], p) for p in source], 1e-8)
+
+    def test_organised_clouds_stay_organised(self):
+        nan = float("nan")
+        points = list(POINTS)
+        points[5] = points[77] = (nan, nan, nan)
+        content = pcd(points, "binary", width=24, height=20, viewpoint="1 2 3 0.5 0.5 0.5 0.5")
+        output, transform = self.aligned(content)
+        header, found = read_pcd(output)
+        self.assertEqual((header["WIDTH"], header["HEIGHT"]), (["24"], ["20"]))
+        self.assertEqual(header["VIEWPOINT"], "1 2 3 0.5 0.5 0.5 0.5".split())
+        for i, (p, q) in enumerate(zip(found, points)):
+            if i in (5, 77):
+                self.assertTrue(all(math.isnan(value) for value in p))
+            else:
+                self.assertLess(math.dist(p, moved(transform, q)), 1e-5)
+        again, second = self.aligned(content, "out.ply")
+        self.assertIn("obj_info num_cols 24", read_ply(again)[0])
+        # and from that PLY file back to an organised PCD file
+        third = self.path("third.pcd")
+        self.succeed("align", again, again, "-o", third)
+        self.assertEqual(read_pcd(third)[0]["HEIGHT"], ["20"])
+
+    def test_ply_to_ply(self):
+        properties = [
+            ("uchar", "blue"), ("float", "x"), ("float", "y"), ("float", "z"), ("float", "nx"), ("float", "ny"),
+            ("float", "nz"), ("uchar", "green"), ("uchar", "alpha"), ("uchar", "red"), ("ushort", "ring")]
+        points = [(3, *p, *n, 2, 200, 1, i) for i, (p, n) in enumerate(zip(POINTS, NORMALS))]
+        for encoding in ("ascii", "binary_little_endian", "binary_big_endian"):
+            with self.subTest(encoding):
+                output, transform = self.aligned(ply(points, encoding, properties), "out.PLY", "--force")
+                _, names, found = read_ply(output)
+                self.assertEqual(
+                    names, ["x", "y", "z", "nx", "ny", "nz", "ring", "red", "green", "blue", "alpha"])
+                self.assert_near([p[:3] for p in found], [moved(transform, p) for p in POINTS])
+                self.assert_near([p[3:6] for p in found], [turned(transform, n) for n in NORMALS])
+                self.assertEqual([p[6] for p in found], list(range(len(POINTS))))
+                self.assertEqual({p[7:] for p in found}, {(1, 2, 3, 200)})
+
+    def test_ply_to_pcd_and_back(self):
+        properties = [("double", "x"), ("double", "y"), ("double", "z"), ("float", "nx"), ("float", "ny"),
+                      ("float", "nz"), ("uchar", "red"), ("uchar", "green"), ("uchar", "blue")]
+        points = [(*p, *n, 10, 20, 30) for p, n in zip(POINTS, NORMALS)]
+        output, transform = self.aligned(ply(points, "ascii", properties), "out.pcd")
+        header, found = read_pcd(output)
+        self.assertEqual(header["FIELDS"], "x y z normal_x normal_y normal_z rgb".split())
+        self.assertEqual(header["TYPE"], ["F"] * 7)
+        self.assertEqual(header["SIZE"], "8 8 8 4 4 4 4".split())
+        self.assert_near([p[3:6] for p in found], [turned(transform, n) for n in NORMALS])
+        self.assertEqual({struct.pack("<f", p[6]) for p in found}, {bytes([30, 20, 10, 0])})
+        back = self.path("back.ply")
+        self.succeed("align", output, output, "-o", back)
+        _, names, found = read_ply(back)
+        self.assertEqual(names, "x y z nx ny nz red green blue".split())
+        self.assertEqual({p[6:] for p in found}, {(10, 20, 30)})
+
+    def test_ply_has_no_8_byte_integers(self):
+        source = self.write("s.pcd", pcd([(*p, 5) for p in POINTS], "binary", XYZ + [("stamp", "U", 8, 1)]))
+        self.fail_with(OUTPUT, "align", source, source, "-o", self.path("out.ply"), names="stamp")
+        self.assertEqual(os.listdir(self.directory), ["s.pcd"])
+        self.succeed("align", source, source, "-o", self.path("out.pcd"))
+        self.assertEqual({p[3] for p in read_pcd(self.path("out.pcd"))[1]}, {5})
+
+
+class Files(CommandTest):
+    def setUp(self):
+        super().setUp()
+        self.source = self.write("source.pcd", pcd(POINTS))
+        self.target = self.write("target.pcd", pcd(TARGET))
+        self.inputs = {"source.pcd", "target.pcd"}
+
+    def files(self):
+        return set(os.listdir(self.directory))
+
+    def options(self, name="out"):
+        return [
+            ["-o", self.path(name + ".pcd")],
+            ["-o", self.path(name + ".ply")],
+            ["--matrix", self.path(name + ".txt")],
+            ["--json", self.path(name + ".json")],
+        ]
+
+    def test_matrix(self):
+        result = self.align(self.source, self.target, "--matrix", self.path("m.txt"))
+        lines = read(self.path("m.txt")).splitlines()
+        self.assertEqual([[float(word) for word in line.split()] for line in lines], result["transform"])
+        # It serves as a guess.
+        again = self.align(self.source, self.target, "--guess", self.path("m.txt"))
+        self.assertLess(again["rmse_before"], 1e-5)
+
+    def test_json_file_leaves_the_summary_on_stdout(self):
+        text = self.succeed("align", self.source, self.target, "--json", self.path("r.json"))
+        self.assertIn("converged", text)
+        self.checked(read(self.path("r.json")))
+
+    def test_new_files_have_the_usual_permissions(self):
+        self.succeed("align", self.source, self.target, "--json", self.path("r.json"), umask=0o027)
+        self.assertEqual(stat.S_IMODE(os.stat(self.path("r.json")).st_mode), 0o640)
+
+    def test_existing_files_are_kept_without_force(self):
+        for arguments in self.options():
+            with self.subTest(arguments):
+                path = arguments[1]
+                with open(path, "w") as file:
+                    file.write("precious")
+                os.chmod(path, 0o604)
+                self.fail_with(OUTPUT, "align", self.source, self.target, *arguments, names=[path, "--force"])
+                self.assertEqual(read(path), "precious")
+                self.succeed("align", self.source, self.target, *arguments, "--force")
+                self.assertNotEqual(read(path, "rb"), b"precious")
+                self.assertEqual(stat.S_IMODE(os.stat(path).st_mode), 0o604)
+                os.remove(path)
+        self.fail_with(OUTPUT, "compare", self.source, self.target, "--json", self.source, names="--force")
+
+    def test_in_place(self):
+        before = read(self.source, "rb")
+        self.fail_with(OUTPUT, "align", self.source, self.target, "-o", self.source, names=self.source)
+        self.assertEqual(read(self.source, "rb"), before)
+        self.succeed("align", self.source, self.target, "-o", self.source, "--force")
+        for p, q in zip(read_pcd(self.source)[1], TARGET):
+            self.assertLess(math.dist(p, q), 1e-4)
+
+    def test_names_without_a_directory(self):
+        names = {"out.pcd", "m.txt", "r.json"}
+        arguments = ["-o", "out.pcd", "--matrix", "m.txt", "--json", "./r.json"]
+        self.succeed("align", "source.pcd", "target.pcd", *arguments, cwd=self.directory)
+        self.assertEqual(self.files(), self.inputs | names)
+        self.fail_with(OUTPUT, "align", "source.pcd", "target.pcd", *arguments, names="-o out.pcd: exists",
+                       cwd=self.directory)
+
+    def test_symbolic_links_are_followed(self):
+        os.mkdir(self.path("elsewhere"))
+        os.symlink("elsewhere/real.json", self.path("link.json"))
+        self.succeed("align", self.source, self.target, "--json", self.path("link.json"))
+        self.assertTrue(os.path.islink(self.path("link.json")))
+        self.checked(read(self.path("elsewhere/real.json")))
+
+    def test_one_file_for_two_outputs(self):
+        os.symlink(".", self.path("here"))
+        for first, second in [("x.txt", "x.txt"), ("x.txt", "here/x.txt")]:
+            self.fail_with(
+                USAGE, "align", self.source, self.target, "--matrix", self.path(first), "--json", self.path(second),
+                names=["--matrix", "--json"])
+        self.fail_with(
+            USAGE, "align", self.source, self.target, "-o", self.path("x.pcd"), "--json", self.path("x.pcd"),
+            names=["-o", "--json"])
+
+    def test_places_that_cannot_be_written(self):
+        os.mkdir(self.path("directory.ply"))
+        for arguments, why in [
+            (["--matrix", self.path("none/m.txt")], "no directory"),
+            (["--matrix", self.source + "/m.txt"], "source.pcd"),
+            (["--json", self.path("none/r.json")], "no directory"),
+            (["-o", self.path("none/out.pcd")], "no directory"),
+            (["-o", self.path("directory.ply"), "--force"], "not a regular file"),
+            (["--matrix", "/dev/null", "--force"], "not a regular file"),
+            (["--matrix", self.path("x" * 300)], "name too long"),
+        ]:
+            with self.subTest(arguments):
+                self.fail_with(OUTPUT, "align", self.source, self.target, *arguments, names=[arguments[0], why])
+        self.assertTrue(os.path.exists("/dev/null"))
+
+    def test_it_says_so_before_the_work(self):
+        done = self.fail_with(OUTPUT, "align", self.path("no source"), self.path("no target"), "-o", self.source)
+        self.assertEqual(done.stdout, "")
+
+    def test_directory_without_permission(self):
+        os.mkdir(self.path("locked"), 0o555)
+        done = self.run_as_nobody("align", self.source, self.target, "--matrix", self.path("locked/m.txt"))
+        self.assertEqual(done.returncode, OUTPUT, done)
+        self.assertIn("Permission denied", done.stderr)
+
+    def run_out_of_space(self, *arguments):
+        """A limit that the cloud exceeds, and the files that PoCL keeps its kernels in do not."""
+        random = os.urandom(1 << 22)
+        points = [(*p, *struct.unpack_from("<8Q", random, 64 * i)) for i, p in enumerate(surface(240, 200))]
+        noise = [("noise", "U", 8, 8)]
+        source = self.write("large.pcd", pcd(points, "binary", XYZ + noise))
+        limit = 2 << 20
+        done = self.fail_with(
+            OUTPUT, "align", source, source, "--leaf", "1", *arguments, names=os.strerror(errno.EFBIG),
+            preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)))
+        self.assertEqual(self.files(), self.inputs | {"large.pcd"})
+        return done
+
+    def test_no_partial_file_when_the_disk_is_full(self):
+        self.assertIn("out.pcd", self.run_out_of_space("-o", self.path("out.pcd")).stderr)
+
+    def test_all_files_or_none(self):
+        self.run_out_of_space(
+            "--matrix", self.path("m.txt"), "--json", self.path("r.json"), "-o", self.path("out.pcd"))
+
+    def test_standard_output_that_is_full(self):
+        for arguments in (["align", self.source, self.target], ["align", self.source, self.target, "--json", "-"],
+                          ["compare", self.source, self.target], ["devices"]):
+            with self.subTest(arguments), open("/dev/full", "w") as full:
+                done = self.run_command(*arguments, stdout=full)
+                self.assertEqual(done.returncode, OUTPUT)
+                self.assertEqual(done.stderr, "pcl_gpu_icp: standard output: No space left on device\n")
+
+    def test_not_converged_writes_only_the_json(self):
+        far = self.write("far.pcd", pcd([(x + 1000, y, z) for x, y, z in POINTS]))
+        self.fail_with(
+            NOT_CONVERGED, "align", self.source, far, "--max-distance", "1", "-o", self.path("out.pcd"),
+            "--matrix", self.path("m.txt"), "--json", self.path("r.json"), names=["no correspondences", "not written"])
+        self.assertEqual(self.files(), self.inputs | {"far.pcd", "r.json"})
+        self.assertFalse(self.checked(read(self.path("r.json")))["converged"])

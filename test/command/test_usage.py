@@ -1,0 +1,67 @@
+"""Arguments: every wrong one is named in one line, exit 2."""
+
+import os
+
+from command import USAGE, CommandTest, numbers, motion, pcd, surface
+
+REFLECTION = "-1 0 0 0  0 1 0 0  0 0 1 0  0 0 0 1".split()
+SCALED = "1.1 0 0 0  0 1.1 0 0  0 0 1.1 0  0 0 0 1".split()
+PROJECTIVE = "1 0 0 0  0 1 0 0  0 0 1 0  0 0 0.1 1".split()
+
+
+class Usage(CommandTest):
+    def test_version(self):
+        self.assertEqual(self.succeed("--version"), f"pcl_gpu_icp {os.environ['PCL_GPU_ICP_VERSION']}\n")
+
+    def test_help_names_every_subcommand(self):
+        text = self.succeed("--help")
+        for subcommand in ("align", "compare", "devices"):
+            self.assertIn(subcommand, text)
+        self.assertIn("--drop-zero-returns", self.succeed("align", "--help"))
+
+    def test_wrong_arguments(self):
+        for arguments, names in [
+            ([], "subcommand"),
+            (["dance"], "dance"),
+            (["align"], "SOURCE"),
+            (["align", "a.pcd"], "TARGET"),
+            (["align", "a.pcd", "b.pcd", "c.pcd"], "c.pcd"),
+            (["align", "a.pcd", "b.pcd", "--bogus"], "--bogus"),
+            (["align", "a.pcd", "b.pcd", "--max-distance"], "--max-distance"),
+            (["align", "a.pcd", "b.pcd", "-o", "out.xyz"], "out.xyz"),
+            (["align", "a.pcd", "b.pcd", "--search", "magic"], ["--search", "magic"]),
+            (["align", "a.pcd", "b.pcd", "--pipeline", "magic"], ["--pipeline", "magic"]),
+            (["compare", "a.pcd", "b.pcd", "--tolerance-degrees", "0"], "--tolerance-degrees"),
+            (["compare", "a.pcd", "b.pcd", "--tolerance-distance", "-1"], "--tolerance-distance"),
+            (["compare", "a.pcd", "b.pcd", "-o", "c.pcd"], "-o"),
+            (["devices", "extra"], "extra"),
+        ]:
+            with self.subTest(arguments):
+                self.fail_with(USAGE, *arguments, names=names)
+
+    def test_numbers_out_of_range(self):
+        for option, values in {
+            "--max-distance": ["0", "-1", "nan", "inf", "1e999", "far", "1m", ""],
+            "--translation-epsilon": ["0", "-1e-9", "nan"],
+            "--rotation-epsilon": ["0", "-1", "181", "nan"],
+            "--fitness-epsilon": ["0", "-1", "inf"],
+            "--leaf": ["0", "-0.1", "nan"],
+            "--trim": ["0", "1.01", "-0.5", "nan"],
+            "--iterations": ["0", "-3", "1.5", "many", "99999999999"],
+            "--threads": ["0", "-1", "2.5", "99999"],
+        }.items():
+            for value in values:
+                with self.subTest(option=option, value=value):
+                    self.fail_with(USAGE, "align", "a.pcd", "b.pcd", f"{option}={value}", names=option)
+
+    def test_guess_that_is_no_rigid_transform(self):
+        cloud = self.write("a.pcd", pcd(surface()))
+        for guess in (
+            ["1"], ["1", "2", "3"], numbers(motion(10, (1, 2, 3)))[:15], ["nan"] * 16, ["inf"] * 16, ["0"] * 16,
+            REFLECTION, SCALED, PROJECTIVE):
+            with self.subTest(guess):
+                self.fail_with(USAGE, "align", cloud, cloud, "--guess", *guess, names="--guess")
+
+    def test_leaf_too_small_for_the_coordinates(self):
+        cloud = self.write("a.pcd", pcd([(1e30, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)]))
+        self.fail_with(USAGE, "align", cloud, cloud, "--leaf", "0.001", names=["--leaf", cloud])
