@@ -18,12 +18,9 @@ kernel void pairwise_sum(global const real* restrict values, uint stride, uint m
   sums += get_global_id(1) * stride;
   uint i = begin;
   for (; i + 8 <= end && 2 * i + 16 <= m; i += 8) {
-#ifdef REAL_IS_DOUBLE
-    const double16 v = vload16(0, values + 2 * i);
-#else
-    const float16 v = vload16(0, values + 2 * i);
-#endif
-    vstore8(v.even + v.odd, 0, sums + i);
+    const real8 v = vload8(0, values + 2 * i), w = vload8(1, values + 2 * i);
+    vstore4(v.even + v.odd, 0, sums + i);
+    vstore4(w.even + w.odd, 1, sums + i);
   }
   for (; i < end; ++i)
     sums[i] = 2 * i + 1 < m ? values[2 * i] + values[2 * i + 1] : values[2 * i];

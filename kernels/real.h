@@ -5,7 +5,7 @@
 #ifdef REAL_IS_DOUBLE
 #pragma OPENCL EXTENSION cl_khr_fp64 : enable
 typedef double real;
-typedef double4 real4;
+typedef double8 real8;
 typedef double8 real_lanes;
 typedef double16 real_sums;
 #define LANES 8
@@ -13,7 +13,7 @@ typedef double16 real_sums;
 #define REAL_EPSILON DBL_EPSILON
 #else
 typedef float real;
-typedef float4 real4;
+typedef float8 real8;
 typedef float16 real_lanes;
 typedef float16 real_sums;
 #define LANES 16
@@ -23,15 +23,15 @@ typedef float16 real_sums;
 
 #include "layout.h"
 
-// The lanes' sum, always in the same order.
+// The lanes' sum, always in the same order. Lane by lane: oclgrind takes swizzles of 16 lanes for uninitialised.
 static inline real sum_lanes(real_lanes v)
 {
 #if LANES == 16
-  const real4 a = (v.s0123 + v.s4567) + (v.s89ab + v.scdef);
+  return (((v.s0 + v.s4) + (v.s8 + v.sc)) + ((v.s1 + v.s5) + (v.s9 + v.sd))) +
+         (((v.s2 + v.s6) + (v.sa + v.se)) + ((v.s3 + v.s7) + (v.sb + v.sf)));
 #else
-  const real4 a = v.s0123 + v.s4567;
+  return ((v.s0 + v.s4) + (v.s1 + v.s5)) + ((v.s2 + v.s6) + (v.s3 + v.s7));
 #endif
-  return (a.x + a.y) + (a.z + a.w);
 }
 
 #endif

@@ -12,6 +12,13 @@ namespace {
 // Events are read in batches, so that an endless stream of launches does not pile them up.
 constexpr std::size_t max_pending_events = 1024;
 
+// Room for a cloud that grows a little from one scan to the next; small clouds of all sizes have the same.
+std::uint64_t roomy(std::size_t bytes)
+{
+  constexpr std::size_t smallest = 256 << 10;
+  return std::max(bytes + bytes / 8, smallest);
+}
+
 double milliseconds(const cl::Event& event)
 {
   const auto start = event.getProfilingInfo<CL_PROFILING_COMMAND_START>();
@@ -55,28 +62,28 @@ void Queue::reserve(Buffer& buffer, std::size_t bytes)
                           std::to_string(traits_.max_allocation) +
                           " in one buffer; downsample the clouds or choose another device");
   translated(info().name, "", [&] {
-    // Room for a cloud that grows a little from one scan to the next.
-    const std::size_t roomy = std::min<std::uint64_t>(bytes + bytes / 8, traits_.max_allocation);
+    const std::size_t capacity = std::min(roomy(bytes), traits_.max_allocation);
     buffer.buffer_ = cl::Buffer();
     buffer.capacity_ = 0;
     const cl_mem_flags placement = traits_.mapped_memory ? CL_MEM_ALLOC_HOST_PTR : 0;
-    buffer.buffer_ = cl::Buffer(context_->handle(), CL_MEM_READ_WRITE | placement, roomy);
-    buffer.capacity_ = roomy;
+    buffer.buffer_ = cl::Buffer(context_->handle(), CL_MEM_READ_WRITE | placement, capacity);
+    buffer.capacity_ = capacity;
   });
 }
 
 void* Queue::pinned(std::size_t bytes)
 {
   if (bytes > staging_.capacity_) {
+    const std::size_t capacity = roomy(bytes);
     translated(info().name, "", [&] {
       if (staging_memory_)
         queue_.enqueueUnmapMemObject(staging_.buffer_, staging_memory_);
       staging_memory_ = nullptr;
       staging_.capacity_ = 0;
       queue_.finish();
-      staging_.buffer_ = cl::Buffer(context_->handle(), CL_MEM_READ_WRITE | CL_MEM_ALLOC_HOST_PTR, bytes);
-      staging_memory_ = queue_.enqueueMapBuffer(staging_.buffer_, CL_TRUE, CL_MAP_READ | CL_MAP_WRITE, 0, bytes);
-      staging_.capacity_ = bytes;
+      staging_.buffer_ = cl::Buffer(context_->handle(), CL_MEM_READ_WRITE | CL_MEM_ALLOC_HOST_PTR, capacity);
+      staging_memory_ = queue_.enqueueMapBuffer(staging_.buffer_, CL_TRUE, CL_MAP_READ | CL_MAP_WRITE, 0, capacity);
+      staging_.capacity_ = capacity;
     });
   }
   return staging_memory_;

@@ -69,18 +69,25 @@ const char* degeneracyText(Degeneracy degeneracy)
 
 using Times = std::vector<std::pair<std::string, double>>;
 
-/// Host and device times under one roof: "total" of the engine is "align", the device's entries carry a prefix.
+/// Host and device times under one roof, in the order in which the time passes: "total" of the engine is "align", the
+/// device's entries carry a prefix.
 Times allTimes(const AlignmentReport& report)
 {
   Times times;
-  for (const auto& [what, time] : report.command_times)
-    if (what != "total")
-      times.emplace_back(what, time.milliseconds);
-  for (const auto& [what, time] : report.result.host_times)
-    times.emplace_back(what == "total" ? "align" : what, time.milliseconds);
+  const auto add = [&times](const StageTimes& from, const char* what, const char* as) {
+    const auto found = from.find(what);
+    if (found != from.end())
+      times.emplace_back(as, found->second.milliseconds);
+  };
+  add(report.command_times, "read", "read");
+  add(report.command_times, "device", "device");
+  for (const char* step : {"start", "tree", "search", "estimate"})
+    add(report.result.host_times, step, step);
   for (const auto& [what, time] : report.result.device_times)
     times.emplace_back("device_" + what, time.milliseconds);
-  times.emplace_back("total", report.command_times.at("total").milliseconds);
+  add(report.result.host_times, "total", "align");
+  add(report.command_times, "fitness", "fitness");
+  add(report.command_times, "total", "total");
   return times;
 }
 

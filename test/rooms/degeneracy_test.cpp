@@ -57,7 +57,7 @@ TEST_P(Degenerate, OnePairIsATranslation)
 
 TEST_P(Degenerate, CoincidentPointsAreATranslation)
 {
-  for (const std::size_t n : {2, 3, 100, 5000}) {
+  for (const std::size_t n : {std::size_t(2), std::size_t(3), std::size_t(100), device().affordable(5000)}) {
     SCOPED_TRACE(n);
     for (const float far : {0.0F, 1.0F, 1e3F, 5e5F}) {
       SCOPED_TRACE(far);
@@ -99,7 +99,7 @@ TEST_P(Degenerate, ALineTurnsByTheSmallestAngle)
   for (unsigned seed = 1; seed <= 8; ++seed) {
     SCOPED_TRACE(testing::Message() << "seed " << seed);
     Random random(seed);
-    const std::size_t n = random.count(2, 3000);
+    const std::size_t n = random.count(2, device().affordable(3000));
     const Vector3d from = random.direction(), to = random.direction();
     const Cloud source = line(random, n, random.direction(), from);
     const Isometry3d turn = motion(from.cross(to), std::acos(from.dot(to)), {1, 2, 3});
@@ -113,7 +113,7 @@ TEST_P(Degenerate, ALineAlongAnAxis)
 {
   for (int axis = 0; axis < 3; ++axis) {
     Random random(axis);
-    const Cloud source = line(random, 500, Vector3d::Zero(), Vector3d::Unit(axis));
+    const Cloud source = line(random, device().affordable(500), Vector3d::Zero(), Vector3d::Unit(axis));
     EXPECT_LE((solve(source, source, Degeneracy::Line).linear() - Matrix3d::Identity()).norm(), 1e-6);
   }
 }
@@ -124,7 +124,7 @@ TEST_P(Degenerate, AReversedLineIsHalfATurnAcrossIt)
     SCOPED_TRACE(testing::Message() << "seed " << seed);
     Random random(seed);
     const Vector3d direction = seed <= 3 ? Vector3d(Vector3d::Unit(seed - 1)) : random.direction();
-    const Cloud source = line(random, 1000, Vector3d::Zero(), direction);
+    const Cloud source = line(random, device().affordable(1000), Vector3d::Zero(), direction);
     const Cloud target = -source;
     const Isometry3d result = solve(source, target, Degeneracy::Line);
     EXPECT_LE(rmsResidual(result, source, target), 5e-6);
@@ -137,7 +137,7 @@ TEST_P(Degenerate, ALineFarFromTheOriginIsStillALine)
   for (const double offset : {100.0, 1e4, 5e5}) {
     SCOPED_TRACE(offset);
     Random random(3);
-    const Cloud source = line(random, 2000, Vector3d(offset, -offset, 10), random.direction());
+    const Cloud source = line(random, device().affordable(2000), Vector3d(offset, -offset, 10), random.direction());
     const Cloud target = moved(source, motion({0, 0, 1}, 0.1, {1, 2, 3}));
     solve(source, target, Degeneracy::Line);
     solve(source, source, Degeneracy::Line);
@@ -149,7 +149,7 @@ TEST_P(Degenerate, ThreePairsAndAPlaneDetermineEverything)
   for (unsigned seed = 1; seed <= 8; ++seed) {
     SCOPED_TRACE(testing::Message() << "seed " << seed);
     Random random(seed);
-    const std::size_t n = seed <= 4 ? 3 : random.count(4, 3000);
+    const std::size_t n = seed <= 4 ? 3 : random.count(4, device().affordable(3000));
     Cloud source = random.cloud(n, {8, 5, 0}, {0, 0, 0});
     if (n == 3)
       source << 0, 4, 1, 0, 0, 3, 0, 0, 0;
@@ -164,7 +164,7 @@ TEST_P(Degenerate, AMirroredTargetGivesARotation)
   for (unsigned seed = 1; seed <= 8; ++seed) {
     SCOPED_TRACE(testing::Message() << "seed " << seed);
     Random random(seed);
-    const Cloud source = random.cloud(random.count(4, 500));
+    const Cloud source = random.cloud(random.count(4, device().affordable(500)));
     Cloud target = moved(source, random.motion(3));
     target.row(seed % 3) *= -1;
     const Isometry3d result = solve(source, target, Degeneracy::None);
@@ -201,7 +201,7 @@ TEST_P(Degenerate, EqualSingularValuesAreNoObstacle)
 TEST_P(Degenerate, ASphereIsNoObstacle)
 {
   Random random(5);
-  Cloud source(3, 2000);
+  Cloud source(3, device().affordable(2000));
   for (int i = 0; i < source.cols(); ++i)
     source.col(i) = random.direction().cast<float>();
   const Isometry3d truth = random.motion(3);
@@ -211,7 +211,7 @@ TEST_P(Degenerate, ASphereIsNoObstacle)
 TEST_P(Degenerate, HalfATurnIsFound)
 {
   Random random(6);
-  const Cloud source = random.cloud(300);
+  const Cloud source = random.cloud(device().affordable(300));
   for (const Vector3d& axis : {Vector3d(1, 0, 0),
                                Vector3d(0, 1, 0),
                                Vector3d(0, 0, 1),
@@ -229,7 +229,7 @@ TEST_P(Degenerate, HalfATurnIsFound)
 TEST_P(Degenerate, UncorrelatedCloudsStillGiveARotation)
 {
   Random random(7);
-  for (const std::size_t n : {3, 4, 100, 5000})
+  for (const std::size_t n : {std::size_t(3), std::size_t(4), std::size_t(100), device().affordable(5000)})
     solve(random.cloud(n), random.cloud(n), Degeneracy::None);
 }
 

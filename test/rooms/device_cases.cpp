@@ -33,7 +33,7 @@ std::vector<std::size_t> DeviceCase::sizes(std::size_t largest) const
   for (const std::size_t n : {1, 2, 3, 127, 128, 129, 2047, 2048, 2049})
     if (n <= mostPoints())
       sizes.push_back(n);
-  const std::size_t last = std::min(largest, mostPoints());
+  const std::size_t last = affordable(largest);
   if (last > sizes.back())
     sizes.push_back(last);
   return sizes;

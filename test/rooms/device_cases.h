@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstddef>
 #include <ostream>
 #include <string>
@@ -26,6 +27,9 @@ struct DeviceCase {
   /// The largest number of points to spend on this case: devices that interpret or emulate are slow. The environment
   /// variable STAGES_TEST_MAX_POINTS lowers it, for running under oclgrind.
   std::size_t mostPoints() const;
+
+  /// n points, or as many as to spend.
+  std::size_t affordable(std::size_t n) const { return std::min(n, mostPoints()); }
 
   /// 1, 2, 3, work-group and block sizes with their neighbours, and `largest`: those within mostPoints().
   std::vector<std::size_t> sizes(std::size_t largest = 100'000) const;

@@ -31,7 +31,7 @@ protected:
   /// \param about the point that the slab is turned about
   void expectTheTablesPrecision(const Row& row, const Vector3d& about)
   {
-    const std::size_t n = std::min<std::size_t>(100'000, device().mostPoints());
+    const std::size_t n = device().affordable(100'000);
     Random random(42);
     const Cloud source = random.cloud(n, {10, 10, 1.5}, {row.offset, row.offset, 0});
     Isometry3d truth = motion({0.2, -0.1, 1}, 0.05, {0.5, -0.3, 0.2});

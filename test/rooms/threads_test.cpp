@@ -31,7 +31,7 @@ protected:
   {
     Random random(1);
     for (unsigned i = 0; i < clouds; ++i) {
-      const std::size_t n = std::min<std::size_t>(100 + 1700 * i, device().mostPoints());
+      const std::size_t n = device().affordable(100 + 1700 * i);
       sources_.push_back(random.cloud(n));
       targets_.push_back(moved(sources_.back(), random.motion(3)));
     }

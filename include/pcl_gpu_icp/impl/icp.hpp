@@ -204,11 +204,15 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::prepare(const Matr
 template <typename PointSource, typename PointTarget, typename Scalar>
 void IterativeClosestPoint<PointSource, PointTarget, Scalar>::prepareSearch()
 {
-  const Stopwatch watch(result_.host_times, "tree");
   const bool own_estimation = this->correspondence_estimation_ == default_correspondence_estimation_;
   const bool own_tree = this->tree_ == nearest_tree_;
-  if (own_tree)
+  if (own_tree) {
     nearest_tree_->refresh();
+    // pcl::Registration had it built before the total was taken.
+    const double built = nearest_tree_->takeBuildMilliseconds();
+    result_.host_times["tree"] = {built, 1};
+    result_.host_times["total"].milliseconds += built;
+  }
   else if (!tree_just_built_ && !this->force_no_recompute_)
     this->tree_->setInputCloud(this->target_);
   tree_just_built_ = false;

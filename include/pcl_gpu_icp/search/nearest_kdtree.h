@@ -1,6 +1,7 @@
 #pragma once
 
 #include <pcl_gpu_icp/search/nearest_index.h>
+#include <pcl_gpu_icp/stopwatch.h>
 
 #include <pcl/search/kdtree.h>
 
@@ -64,6 +65,9 @@ public:
   /// Grows with every build.
   unsigned long revision() const { return revision_; }
 
+  /// Time spent on building, and on finding out that nothing changed, since the last call.
+  double takeBuildMilliseconds() { return std::exchange(times_["tree"].milliseconds, 0.0); }
+
 private:
   bool usesDefaults() const
   {
@@ -89,6 +93,7 @@ private:
   NearestIndex index_;
   std::uint64_t fingerprint_ = 0;
   unsigned long revision_ = 0;
+  StageTimes times_;
   std::unique_ptr<OnDemand> on_demand_;
 };
 
@@ -106,6 +111,7 @@ NearestKdTree<PointT>::setInputCloud(const PointCloudConstPtr& cloud, const Indi
 template <typename PointT>
 void NearestKdTree<PointT>::refresh()
 {
+  const Stopwatch watch(times_, "tree");
   const Points points = pointsOf(*this->input_, this->indices_ ? this->indices_.get() : nullptr);
   const std::uint64_t fingerprint = fingerprintOf(points);
   const bool unchanged = revision_ > 0 && fingerprint == fingerprint_;
