@@ -22,9 +22,9 @@ static inline real sign_of(global const RigidSolution* solution)
 
 static inline real translation(global const RigidSolution* solution, const real* R_row, uint i)
 {
-  return solution->target_centroid[i] - (R_row[0] * solution->source_centroid[0] +
-                                         R_row[1] * solution->source_centroid[1] +
-                                         R_row[2] * solution->source_centroid[2]);
+  return solution->target_centroid[i] -
+         (R_row[0] * solution->source_centroid[0] + R_row[1] * solution->source_centroid[1] +
+          R_row[2] * solution->source_centroid[2]);
 }
 
 #ifdef CHUNKED

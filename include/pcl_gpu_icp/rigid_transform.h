@@ -31,8 +31,8 @@ PCL_GPU_ICP_API RigidTransform recentred(const RigidTransform& transform,
                                          const std::array<double, 3>& from,
                                          const std::array<double, 3>& to);
 
-/// The value that a narrower scalar holds. Volatile, because GCC 12.2 leaves the double -> float -> double conversion out
-/// where it vectorises it at -O2.
+/// The value that a narrower scalar holds. Volatile, because GCC 12.2 leaves the double -> float -> double conversion
+/// out where it vectorises it at -O2.
 template <typename Scalar>
 double rounded(double value)
 {

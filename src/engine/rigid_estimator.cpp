@@ -118,7 +118,8 @@ struct RigidEstimator::Implementation {
     });
     if (!allFinite(estimate.stages.H) || !allFinite(estimate.stages.R) || !allFinite(estimate.stages.t))
       throw InvalidArgument("the pairs' coordinates are too large to be multiplied in " +
-                            std::string(toString(precision)) + ", or a correspondence names a point that is not finite");
+                            std::string(toString(precision)) +
+                            ", or a correspondence names a point that is not finite");
   }
 
   Pipeline pipeline;

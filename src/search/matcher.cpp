@@ -1,5 +1,5 @@
+#include <pcl_gpu_icp/parallel_for.h>
 #include <pcl_gpu_icp/search/matcher.h>
-#include <pcl_gpu_icp/search/parallel_for.h>
 
 #include <cmath>
 
@@ -53,7 +53,7 @@ void Matcher::requireReciprocal()
 const std::vector<Correspondence>& Matcher::match(const RigidTransform& pose)
 {
   const RigidTransform back = reciprocal_ ? inverse(pose) : RigidTransform{};
-  parallelFor(source_.count, threads_, [&](std::size_t begin, std::size_t end) {
+  parallelFor(source_.count, queries_at_a_time, threads_, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const Coordinates query = moved(pose, source_[i]);
       Neighbour start = neighbours_[i];
@@ -71,7 +71,7 @@ const std::vector<Correspondence>& Matcher::match(const RigidTransform& pose)
   std::vector<char> mutual;
   if (reciprocal_) {
     mutual.resize(source_.count);
-    parallelFor(source_.count, threads_, [&](std::size_t begin, std::size_t end) {
+    parallelFor(source_.count, queries_at_a_time, threads_, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i)
         mutual[i] = neighbours_[i].index >= 0 && is_mutual(i);
     });

@@ -2,7 +2,10 @@
 
 #include "kernels/layout.h"
 
+#include <pcl_gpu_icp/parallel_for.h>
+
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -13,7 +16,8 @@ namespace pcl_gpu_icp::stages {
 namespace {
 
 constexpr std::size_t samples_at_most = 63;
-constexpr std::size_t block_points = 64;
+constexpr std::size_t points_at_a_time = 8192; ///< for a host thread
+constexpr std::size_t points_in_cache = 256;   ///< written, then looked at again
 
 bool finite(float x)
 {
@@ -116,15 +120,21 @@ void packPairs(opencl::Queue& queue,
                Pairs& pairs)
 {
   const std::size_t stride = paddedStride(source.count);
-  std::size_t count = 0;
+  std::size_t count = source.count;
   queue.upload(pairs.rows, PAIR_ROWS * stride * sizeof(float), [&](void* memory) {
     auto* rows = static_cast<float*>(memory);
-    for (std::size_t first = 0; first < source.count; first += block_points) {
-      const std::size_t points = std::min(block_points, source.count - first);
-      writeRows(source, first, points, p.pivot, rows + count, stride);
-      writeRows(target, first, points, q.pivot, rows + 3 * stride + count, stride);
-      count += allFinite(rows + count, stride, points) ? points : compact(rows + count, stride, points);
-    }
+    std::atomic<bool> all_finite{true};
+    parallelFor(count, points_at_a_time, effectiveThreads(0), [&](std::size_t begin, std::size_t end) {
+      for (std::size_t first = begin; first < end; first += points_in_cache) {
+        const std::size_t points = std::min(points_in_cache, end - first);
+        writeRows(source, first, points, p.pivot, rows + first, stride);
+        writeRows(target, first, points, q.pivot, rows + 3 * stride + first, stride);
+        if (!allFinite(rows + first, stride, points))
+          all_finite = false;
+      }
+    });
+    if (!all_finite)
+      count = compact(rows, stride, count);
     for (std::size_t row = 0; row < PAIR_ROWS; ++row)
       std::fill(rows + row * stride + count, rows + (row + 1) * stride, 0.0F);
   });
@@ -136,9 +146,11 @@ void packPairs(opencl::Queue& queue,
 void packCloud(opencl::Queue& queue, const Points& points, const Placement& placement, Cloud& cloud)
 {
   const std::size_t stride = paddedStride(points.count);
-  cloud.count = 0; // should the upload fail
   queue.upload(cloud.rows, 3 * stride * sizeof(float), [&](void* memory) {
-    writeRows(points, 0, points.count, placement.pivot, static_cast<float*>(memory), stride);
+    auto* rows = static_cast<float*>(memory);
+    parallelFor(points.count, points_at_a_time, effectiveThreads(0), [&](std::size_t begin, std::size_t end) {
+      writeRows(points, begin, end - begin, placement.pivot, rows + begin, stride);
+    });
   });
   cloud.stride = static_cast<cl_uint>(stride);
   cloud.count = static_cast<cl_uint>(points.count);

@@ -14,6 +14,7 @@ MAY_INCLUDE = {
     "kernels": [],
     "values": [],  # public headers of plain types, used by every room
     "geometry": ["values"],
+    "host": ["values"],
     "opencl": ["kernels", "values"],
     "stages": ["kernels", "values", "geometry", "opencl"],
     "scheduler": ["values"],

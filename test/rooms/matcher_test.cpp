@@ -1,8 +1,8 @@
 // Matcher and parallelFor: the same correspondences from any number of threads, and those that brute force finds.
 #include "reference.h"
 
+#include <pcl_gpu_icp/parallel_for.h>
 #include <pcl_gpu_icp/search/matcher.h>
-#include <pcl_gpu_icp/search/parallel_for.h>
 
 #include <gtest/gtest.h>
 
@@ -132,7 +132,7 @@ TEST(ParallelFor, CoversEveryIndexOnce)
   for (const std::size_t count : {0, 1, 511, 512, 513, 5000})
     for (const unsigned threads : {0, 1, 2, 7}) {
       std::vector<std::atomic<int>> visits(count);
-      search::parallelFor(count, threads, [&](std::size_t begin, std::size_t end) {
+      parallelFor(count, 512, threads, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i)
           ++visits[i];
       });
@@ -144,12 +144,13 @@ TEST(ParallelFor, CoversEveryIndexOnce)
 TEST(ParallelFor, RethrowsWhatABodyThrows)
 {
   for (const unsigned threads : {1, 4})
-    EXPECT_THROW(search::parallelFor(10'000,
-                                     threads,
-                                     [](std::size_t begin, std::size_t) {
-                                       if (begin > 4000)
-                                         throw std::runtime_error("from a body");
-                                     }),
+    EXPECT_THROW(parallelFor(10'000,
+                             512,
+                             threads,
+                             [](std::size_t begin, std::size_t) {
+                               if (begin > 4000)
+                                 throw std::runtime_error("from a body");
+                             }),
                  std::runtime_error);
 }
 

@@ -3,7 +3,7 @@
 #include <pcl_gpu_icp/error.h>
 #include <pcl_gpu_icp/icp.h>
 #include <pcl_gpu_icp/impl/matrix.hpp>
-#include <pcl_gpu_icp/search/parallel_for.h>
+#include <pcl_gpu_icp/parallel_for.h>
 #include <pcl_gpu_icp/stopwatch.h>
 
 #include <pcl/common/point_tests.h>
@@ -98,7 +98,7 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::setPipeline(Pipeli
 template <typename PointSource, typename PointTarget, typename Scalar>
 unsigned int IterativeClosestPoint<PointSource, PointTarget, Scalar>::getNumberOfThreads() const
 {
-  return search::effectiveThreads(threads_);
+  return effectiveThreads(threads_);
 }
 
 template <typename PointSource, typename PointTarget, typename Scalar>
@@ -350,7 +350,7 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::queryCallersSearch
 {
   const double limit = this->corr_dist_threshold_ * this->corr_dist_threshold_;
   pcl::Correspondences nearest(finite_indices_->size());
-  search::parallelFor(nearest.size(), result_.threads, [&](std::size_t begin, std::size_t end) {
+  parallelFor(nearest.size(), search::queries_at_a_time, result_.threads, [&](std::size_t begin, std::size_t end) {
     pcl::Indices index(1);
     std::vector<float> distance(1);
     PointTarget query;
@@ -501,7 +501,7 @@ double IterativeClosestPoint<PointSource, PointTarget, Scalar>::getFitnessScore(
   const std::size_t count = every_point ? this->input_->size() : this->indices_->size();
   const RigidTransform pose = detail::toRigidTransform<Scalar>(this->final_transformation_);
   std::vector<float> squared_distances(count, std::numeric_limits<float>::quiet_NaN());
-  search::parallelFor(count, getNumberOfThreads(), [&](std::size_t begin, std::size_t end) {
+  parallelFor(count, search::queries_at_a_time, getNumberOfThreads(), [&](std::size_t begin, std::size_t end) {
     pcl::Indices index(1);
     std::vector<float> distance(1);
     PointTarget query;

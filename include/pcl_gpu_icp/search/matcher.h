@@ -8,6 +8,9 @@
 
 namespace pcl_gpu_icp::search {
 
+/// Queries a thread takes at a time: many against the cost of taking, few against their uneven times.
+constexpr std::size_t queries_at_a_time = 512;
+
 /// Finds, iteration after iteration, each source point's nearest target point. Starts every query from the neighbour
 /// of the iteration before, which changes nothing but the time.
 class PCL_GPU_ICP_API Matcher {

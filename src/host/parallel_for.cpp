@@ -1,4 +1,4 @@
-#include <pcl_gpu_icp/search/parallel_for.h>
+#include <pcl_gpu_icp/parallel_for.h>
 
 #include <algorithm>
 #include <atomic>
@@ -8,21 +8,17 @@
 #include <thread>
 #include <vector>
 
-namespace pcl_gpu_icp::search {
-
-namespace {
-
-/// Points a thread takes at a time: large against the cost of taking, small against uneven queries.
-constexpr std::size_t range_size = 512;
-
-} // namespace
+namespace pcl_gpu_icp {
 
 unsigned effectiveThreads(unsigned threads)
 {
   return threads > 0 ? threads : std::max(1U, std::thread::hardware_concurrency());
 }
 
-void parallelFor(std::size_t count, unsigned threads, const std::function<void(std::size_t, std::size_t)>& body)
+void parallelFor(std::size_t count,
+                 std::size_t range_size,
+                 unsigned threads,
+                 const std::function<void(std::size_t, std::size_t)>& body)
 {
   std::atomic<std::size_t> next{0};
   std::mutex failure_mutex;
@@ -54,4 +50,4 @@ void parallelFor(std::size_t count, unsigned threads, const std::function<void(s
     std::rethrow_exception(failure);
 }
 
-} // namespace pcl_gpu_icp::search
+} // namespace pcl_gpu_icp
