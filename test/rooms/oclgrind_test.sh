@@ -1,0 +1,35 @@
+#!/bin/bash
+# oclgrind_test.sh STAGES_TEST: runs every kernel under oclgrind, which must have nothing to say. Its exit status is the
+# program's, so the log decides. Unoptimised, because oclgrind 21.10 knows neither `freeze` nor scoped noalias.
+set -euo pipefail
+stages_test=$1
+log=$(mktemp)
+trap 'rm -f "$log" "$log.out"' EXIT
+kernels='*Stage.*:FusedStages.*:Pack.*:Estimator.AgreesWithTheReferenceForEverySize/*'
+
+# check MOST_POINTS FILTER OPTIONS...
+check() {
+  local most=$1 filter=$2
+  shift 2
+  : > "$log"
+  if ! STAGES_TEST_MAX_POINTS=$most oclgrind "$@" --build-options -cl-opt-disable --log "$log" \
+       "$stages_test" --gtest_brief=1 --gtest_filter="$filter" > "$log.out" 2>&1 || [[ -s $log ]]; then
+    cat "$log.out" "$log"
+    echo "oclgrind_test: failed with $* for $filter" >&2
+    exit 1
+  fi
+}
+
+check 130 "$kernels" --data-races --check-api
+# More than one block of points.
+check 2049 'FusedStages.CountEveryPairOnce/*:CentroidStage.SumsOfSmallIntegersAreExact/*' --data-races --check-api
+
+# A process for each test: in a buffer that takes a freed one's place, oclgrind 21.10 knows only the old one's size.
+suite=
+while read -r line _; do
+  if [[ $line == *. ]]; then
+    suite=$line
+  else
+    check 130 "$suite$line" --uninitialized
+  fi
+done < <(oclgrind "$stages_test" --gtest_list_tests --gtest_filter="${kernels%:*}" | grep -v '^Running main')
