@@ -286,7 +286,7 @@ std::vector<double> RigidEstimator::demeaned() const
       rows.insert(rows.end(), values + row * self.pairs.stride, values + row * self.pairs.stride + self.pairs.count);
   };
   self.queue.download(
-      self.demean.demeaned(), PAIR_ROWS * self.pairs.stride * self.realBytes(), [&](const void* memory) {
+      self.demean.demeaned(), std::size_t(PAIR_ROWS) * self.pairs.stride * self.realBytes(), [&](const void* memory) {
         if (self.precision == Precision::Double)
           copy(static_cast<const double*>(memory));
         else

@@ -15,7 +15,7 @@ StageRequest Centroid::request(std::size_t pairs)
 
 void Centroid::enqueue(opencl::Queue& queue, const Pairs& pairs, std::size_t real_bytes, const opencl::Buffer& solution)
 {
-  queue.reserve(rows_, PAIR_ROWS * pairs.stride * real_bytes);
+  queue.reserve(rows_, std::size_t(PAIR_ROWS) * pairs.stride * real_bytes);
   queue.launch("centroid",
                {"centroid.cl", "centroid_widen"},
                overPoints(queue.traits(), pairs.stride, PAIR_ROWS),

@@ -9,7 +9,7 @@ StageRequest Demean::request(std::size_t pairs) { return {"demean", {pairs}}; }
 
 void Demean::enqueue(opencl::Queue& queue, const Pairs& pairs, std::size_t real_bytes, const opencl::Buffer& solution)
 {
-  queue.reserve(demeaned_, PAIR_ROWS * pairs.stride * real_bytes);
+  queue.reserve(demeaned_, std::size_t(PAIR_ROWS) * pairs.stride * real_bytes);
   queue.launch("demean",
                {"demean.cl", "demean"},
                overPoints(queue.traits(), pairs.stride, PAIR_ROWS),

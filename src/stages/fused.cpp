@@ -8,7 +8,7 @@ namespace pcl_gpu_icp::stages {
 void Fused::enqueue(opencl::Queue& queue, const Pairs& pairs, std::size_t real_bytes, const opencl::Buffer& solution)
 {
   const cl_uint blocks = (pairs.count + POINTS_PER_BLOCK - 1) / POINTS_PER_BLOCK;
-  queue.reserve(partials_, blocks * SUMS_PER_BLOCK * real_bytes);
+  queue.reserve(partials_, std::size_t(blocks) * SUMS_PER_BLOCK * real_bytes);
   queue.launch("fused_sums",
                {"fused.cl", "fused_sums"},
                overBlocks(queue.traits(), blocks),

@@ -15,7 +15,7 @@ void Gather::enqueue(opencl::Queue& queue,
 {
   pairs.count = static_cast<cl_uint>(count);
   pairs.stride = paddedStride(count);
-  queue.reserve(pairs.rows, PAIR_ROWS * pairs.stride * sizeof(float));
+  queue.reserve(pairs.rows, std::size_t(PAIR_ROWS) * pairs.stride * sizeof(float));
   queue.upload(matches_, count * sizeof(cl_int2), [&](void* memory) {
     auto* matches = static_cast<cl_int*>(memory);
     for (std::size_t k = 0; k < count; ++k) {
