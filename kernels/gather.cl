@@ -37,8 +37,7 @@ static inline void gather_pair(uint k,
   pairs[k + 5 * stride] = q.z;
 }
 
-#ifdef CHUNKED
-
+// A work-item for each chunk of pairs, or for each pair.
 kernel void gather(global const float* restrict source,
                    uint source_stride,
                    global const float* restrict target,
@@ -49,27 +48,13 @@ kernel void gather(global const float* restrict source,
                    global float* restrict pairs,
                    uint stride)
 {
-  const uint begin = get_global_id(0) * POINTS_PER_BLOCK;
-  const uint end = min(begin + POINTS_PER_BLOCK, stride);
+#ifdef CHUNKED
+  const uint pairs_each = POINTS_PER_BLOCK;
+#else
+  const uint pairs_each = 1;
+#endif
+  const uint begin = get_global_id(0) * pairs_each;
+  const uint end = min(begin + pairs_each, stride);
   for (uint k = begin; k < end; ++k)
     gather_pair(k, source, source_stride, target, target_stride, matches, n, pose, pairs, stride);
 }
-
-#else
-
-kernel void gather(global const float* restrict source,
-                   uint source_stride,
-                   global const float* restrict target,
-                   uint target_stride,
-                   global const int2* restrict matches,
-                   uint n,
-                   float16 pose,
-                   global float* restrict pairs,
-                   uint stride)
-{
-  const uint k = get_global_id(0);
-  if (k < stride)
-    gather_pair(k, source, source_stride, target, target_stride, matches, n, pose, pairs, stride);
-}
-
-#endif
