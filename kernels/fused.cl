@@ -1,6 +1,6 @@
 // All five stages in two kernels: one pass over the pairs for all sums, then centroids, H, its SVD, R and t.
 // H = sum p q^T - n mu_p mu_q^T; coordinates are about pivots near the centroids, so little cancels.
-#include "svd3.h"
+#include "solve.h"
 
 #pragma OPENCL FP_CONTRACT ON
 
@@ -94,90 +94,13 @@ kernel void fused_sums(global const float* restrict pairs, uint stride, uint n, 
 
 #endif
 
-// Contraction would undo the compensation below.
-#pragma OPENCL FP_CONTRACT OFF
-
-// Everything from the sums on; `sums` and what their additions lost (Neumaier 1974) are kept apart until here.
-static inline void solve(const real* sums, const real* lost, uint n, real resolution_sq, global RigidSolution* solution)
-{
-  real mean[6], H[9], U[9], S[3], V[9];
-  for (int i = 0; i < 6; ++i)
-    mean[i] = (sums[i] + lost[i]) / n;
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) {
-      const int k = 6 + 3 * i + j;
-      H[3 * i + j] = (sums[k] - (real)n * mean[i] * mean[3 + j]) + lost[k];
-    }
-
-  set_identity(V);
-  const int rank = svd_from_right_vectors(H, n * resolution_sq, U, S, V);
-
-  const real sign = reflection_sign(U, V);
-  real R[9];
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j)
-      R[3 * i + j] = V[3 * i] * U[3 * j] + V[3 * i + 1] * U[3 * j + 1] + sign * V[3 * i + 2] * U[3 * j + 2];
-
-  for (int i = 0; i < 3; ++i) {
-    solution->source_centroid[i] = mean[i];
-    solution->target_centroid[i] = mean[3 + i];
-    solution->S[i] = S[i];
-    solution->t[i] = mean[3 + i] - (R[3 * i] * mean[0] + R[3 * i + 1] * mean[1] + R[3 * i + 2] * mean[2]);
-  }
-  for (int i = 0; i < 9; ++i) {
-    solution->H[i] = H[i];
-    solution->U[i] = U[i];
-    solution->V[i] = V[i];
-    solution->R[i] = R[i];
-  }
-  solution->rank = rank;
-}
-
-#ifdef CHUNKED
-
-// One work-item. resolution_sq: variance per pair below which a direction is only the coordinates' rounding.
+// One work-group of SUMS_PER_BLOCK work-items, or one work-item.
+// resolution_sq: variance per pair below which a direction is only the coordinates' rounding.
 kernel void fused_solve(
     global const real* restrict partials, uint blocks, uint n, float resolution_sq, global RigidSolution* solution)
 {
-  real_sums total = 0, lost = 0;
-  for (uint block = 0; block < blocks; ++block) {
-    const real_sums term = vload16(block, partials);
-    const real_sums sum = total + term;
-    lost += fabs(total) >= fabs(term) ? (total - sum) + term : (term - sum) + total;
-    total = sum;
-  }
-  real sums[SUMS_PER_BLOCK], remainders[SUMS_PER_BLOCK];
-  vstore16(total, 0, sums);
-  vstore16(lost, 0, remainders);
-  solve(sums, remainders, n, resolution_sq, solution);
+  SUMS_SPACE real sums[SUMS_PER_BLOCK], lost[SUMS_PER_BLOCK];
+  add_partials(partials, blocks, sums, lost);
+  if (get_local_id(0) == 0)
+    solve(sums, lost, n, resolution_sq, solution);
 }
-
-#else
-
-// One work-group of SUMS_PER_BLOCK work-items, each of which adds up one of the sums.
-kernel void fused_solve(
-    global const real* restrict partials, uint blocks, uint n, float resolution_sq, global RigidSolution* solution)
-{
-  local real totals[SUMS_PER_BLOCK], remainders[SUMS_PER_BLOCK];
-  const uint s = get_local_id(0);
-  real total = 0, lost = 0;
-  for (uint block = 0; block < blocks; ++block) {
-    const real term = partials[block * SUMS_PER_BLOCK + s];
-    const real sum = total + term;
-    lost += fabs(total) >= fabs(term) ? (total - sum) + term : (term - sum) + total;
-    total = sum;
-  }
-  totals[s] = total;
-  remainders[s] = lost;
-  barrier(CLK_LOCAL_MEM_FENCE);
-  if (s == 0) {
-    real sums[SUMS_PER_BLOCK], remainder[SUMS_PER_BLOCK];
-    for (int i = 0; i < SUMS_PER_BLOCK; ++i) {
-      sums[i] = totals[i];
-      remainder[i] = remainders[i];
-    }
-    solve(sums, remainder, n, resolution_sq, solution);
-  }
-}
-
-#endif

@@ -13,6 +13,23 @@
 // Sums of one block: 3 of p, 3 of q, 9 of p q^T (row-major), 1 of padding.
 #define SUMS_PER_BLOCK 16
 
+// The tree over the target (see tree.h): points of a leaf, children of a node, levels of nodes at most.
+#define LEAF_POINTS 16
+#define NODE_CHILDREN 16
+#define TREE_LEVELS 8
+// A leaf: LEAF_POINTS of x, of y, of z, and of the points' positions in the caller's cloud (int32). Unused: INFINITY,
+// -1.
+#define LEAF_WORDS 64
+// A node: of its children's boxes the least x, y, z and the greatest x, y, z. Unused: INFINITY and -INFINITY.
+#define NODE_WORDS 96
+
+// Source points that a work-group matches.
+#define POINTS_PER_MATCH_BLOCK 256
+// Target points kept for each source point, nearest first, to be looked at before the tree.
+#define KEPT_CANDIDATES 4
+// Neighbours that the device finds for a query at most.
+#define NEAREST_MOST 32
+
 #ifdef __OPENCL_VERSION__
 typedef struct {
 #else
@@ -30,6 +47,23 @@ struct RigidSolution {
   int rank;  // singular values above the coordinates' own rounding
 #ifdef __OPENCL_VERSION__
 } RigidSolution;
+#else
+};
+#endif
+
+#ifdef __OPENCL_VERSION__
+typedef struct {
+  RigidSolution solution;
+#else
+template <typename real>
+struct MatchSummary {
+  RigidSolution<real> solution;
+#endif
+  real squared_distances; // sum over the matched points
+  unsigned int matched;   // source points with a target point within the limit
+  unsigned int searched;  // source points whose match had to be searched for
+#ifdef __OPENCL_VERSION__
+} MatchSummary;
 #else
 };
 #endif

@@ -2,9 +2,9 @@
 
 #include <pcl_gpu_icp/device.h>
 #include <pcl_gpu_icp/icp_loop.h>
+#include <pcl_gpu_icp/matcher.h>
 #include <pcl_gpu_icp/result.h>
 #include <pcl_gpu_icp/rigid_estimator.h>
-#include <pcl_gpu_icp/search/matcher.h>
 #include <pcl_gpu_icp/search/nearest_kdtree.h>
 #include <pcl_gpu_icp/transformation_estimation_svd.h>
 
@@ -52,7 +52,8 @@ public:
   void setPipeline(Pipeline pipeline);
   Pipeline getPipeline() const { return pipeline_; }
 
-  /// What finds the correspondences: CorrespondenceSearch::PclKdTree, also the default.
+  /// What finds the correspondences: CorrespondenceSearch::PclKdTree by default. DeviceKdTree excludes a search method,
+  /// a correspondence estimation or a point representation of the caller's: align() then ends with an error.
   void setCorrespondenceSearch(CorrespondenceSearch search) { search_ = search; }
   CorrespondenceSearch getCorrespondenceSearch() const { return search_; }
 
@@ -61,9 +62,10 @@ public:
   void setNumberOfThreads(unsigned int threads) { threads_ = threads; }
   unsigned int getNumberOfThreads() const;
 
-  /// Called after each iteration with its number (from 1) and the root mean square distance of its correspondences
-  /// before its increment. For progress displays; the visualiser callback of PCL is served as well.
-  void setIterationCallback(std::function<void(int iteration, double rmse)> callback)
+  /// Called after each iteration with its number (from 1), the root mean square distance of its correspondences
+  /// before its increment, and the number of source points that had to be searched for. For progress displays; the
+  /// visualiser callback of PCL is served as well.
+  void setIterationCallback(std::function<void(int iteration, double rmse, std::size_t searched)> callback)
   {
     iteration_callback_ = std::move(callback);
   }
@@ -74,7 +76,8 @@ public:
 
   /// Mean squared distance from the transformed source points (those of setIndices()) to their nearest target points,
   /// over the points whose squared distance is at most `max_range`; the largest double when there is none. As
-  /// pcl::Registration::getFitnessScore, from several threads.
+  /// pcl::Registration::getFitnessScore. After an align() on the same clouds only the points are searched for whose
+  /// match may have changed with the last increment.
   double getFitnessScore(double max_range = std::numeric_limits<double>::max());
   using Base::getFitnessScore;
 
@@ -92,11 +95,17 @@ protected:
 private:
   using NearestTargetTree = search::NearestKdTree<PointTarget>;
 
-  /// PCL's criteria, which keep the last alignment's mean squared distance.
+  /// PCL's criteria, told the mean squared distance instead of adding it up from a list of correspondences, and without
+  /// the last alignment's.
   class ConvergenceCriteria : public pcl::registration::DefaultConvergenceCriteria<Scalar> {
   public:
     using pcl::registration::DefaultConvergenceCriteria<Scalar>::DefaultConvergenceCriteria;
     void startAfresh();
+    void setMeanSquaredDistance(double value) { mean_squared_distance_ = value; }
+    bool hasConverged() override;
+
+  private:
+    double mean_squared_distance_ = 0;
   };
 
   // The steps of the loop.
@@ -106,23 +115,32 @@ private:
 
   bool indicesAreValid();
   void prepare(const Matrix4& guess);
-  void prepareSearch();
+  void prepareMatching();
+  void prepareMatchingOnDevice();
+  void prepareMatchingByCaller();
   void prepareEstimator();
   void prepareCriteria();
   void prepareRejectors();
-  void findCorrespondences(const RigidTransform& pose);
+  void matchOnDevice(const RigidTransform& pose);
+  void keepMutual(const RigidTransform& pose);
   void queryCallersSearch();
   void queryCallersCorrespondenceEstimation();
   void rejectCorrespondences();
   void report(const RigidTransform& pose);
+  void listCorrespondences(const std::vector<Correspondence>& correspondences);
+  bool matcherHoldsTheClouds() const;
+  pcl::Indices finiteIndices() const;
+  bool usesDefaultSearch() const;
   bool estimatesOnDevice() const { return this->transformation_estimation_ == default_transformation_estimation_; }
+  const Device& device();
+  Points takingPart() const { return search::pointsOf(*this->input_, finite_indices_.get()); }
   bool usesAllPoints() const { return this->indices_->size() == this->input_->size(); }
 
   std::optional<Device> device_;
   Pipeline pipeline_ = Pipeline::Fused;
   CorrespondenceSearch search_ = CorrespondenceSearch::PclKdTree;
   unsigned int threads_ = 0;
-  std::function<void(int, double)> iteration_callback_;
+  std::function<void(int, double, std::size_t)> iteration_callback_;
 
   // What the constructor installed; anything else in its place is the caller's.
   typename NearestTargetTree::Ptr nearest_tree_;
@@ -130,16 +148,28 @@ private:
   typename Base::TransformationEstimationPtr default_transformation_estimation_;
   typename Base::CorrespondenceEstimationPtr default_correspondence_estimation_;
 
-  std::unique_ptr<RigidEstimator> estimator_;
-  const void* target_on_device_ = nullptr; ///< the cloud whose points the estimator holds,
-  unsigned long target_revision_ = 0;      ///< and the revision of nearest_tree_ it was taken at
+  // On the device, kept from one alignment to the next.
+  std::unique_ptr<Matcher> matcher_;          ///< from the source to the target,
+  std::uint64_t matcher_target_ = 0;          ///< the fingerprint of the points it holds,
+  CorrespondenceSearch matcher_search_{};     ///< and what searches them
+  std::unique_ptr<Matcher> backward_matcher_; ///< from the target to the source, for reciprocal correspondences
+  search::NearestIndex source_index_;         ///< which that one searches, or a tree of its own
+  std::unique_ptr<RigidEstimator> estimator_; ///< where the increment comes from listed correspondences,
+  std::uint64_t estimator_target_ = 0;        ///< and the fingerprint of its target points
 
   // Of the alignment that runs.
   bool tree_just_built_ = false;                ///< pcl::Registration built the tree for this alignment
-  std::unique_ptr<search::Matcher> matcher_;    ///< null when the caller's own search answers
-  std::vector<Correspondence> matches_;         ///< the correspondences_ in the engine's form
-  pcl::IndicesPtr finite_indices_;              ///< source points that take part
+  bool matches_on_device_ = false;              ///< by matcher_; otherwise the caller's own search answers
+  bool lists_correspondences_ = true;           ///< somebody looks at each iteration's
+  bool increment_from_matching_ = false;        ///< the matching pass estimates it
+  pcl::IndicesPtr finite_indices_;              ///< source points that take part,
+  std::uint64_t matched_source_ = 0;            ///< and their fingerprint while matcher_ holds them
   typename PointCloudSource::Ptr moved_source_; ///< the source at the current pose; null when nobody looks at it
+  RigidTransform matched_pose_;                 ///< where the source was matched last
+  std::size_t matched_ = 0;                     ///< correspondences of this iteration,
+  double mean_squared_distance_ = 0;            ///< of these,
+  Estimate increment_;                          ///< from these, when increment_from_matching_,
+  std::vector<Correspondence> matches_;         ///< and their list, when lists_correspondences_
   AlignmentResult result_;
 };
 

@@ -25,6 +25,12 @@ struct Points {
   }
 };
 
+/// A point about some pivot, and its Points::position().
+struct PlacedPoint {
+  float xyz[3];
+  std::int32_t position;
+};
+
 /// Source point `source` is matched with target point `target`, `squared_distance` apart.
 /// The layout is that of pcl::Correspondence.
 struct Correspondence {

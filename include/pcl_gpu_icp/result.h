@@ -18,7 +18,8 @@ enum class Pipeline {
 
 /// What finds the correspondences.
 enum class CorrespondenceSearch {
-  PclKdTree, ///< PCL's KD-tree on the host, or the search method that the caller set
+  PclKdTree,    ///< PCL's KD-tree on the host, or the search method that the caller set
+  DeviceKdTree, ///< a tree on the device, which then does the whole iteration
 };
 
 /// What the device sums in and solves with. Coordinates are float32 about a pivot in both.
@@ -87,9 +88,10 @@ struct AlignmentResult {
   Reason reason = Reason::NotRun;
   std::string message; ///< the cause, when reason is Error
   int iterations = 0;
-  std::size_t inliers = 0; ///< correspondences of the last iteration, after rejection
-  double rmse_before = 0;  ///< root mean square distance of the first iteration's correspondences at the guess
-  double rmse = 0;         ///< the same of the last iteration's correspondences at the final transformation
+  std::vector<std::size_t> searched; ///< of each iteration, source points whose match had to be searched for
+  std::size_t inliers = 0;           ///< correspondences of the last iteration, after rejection
+  double rmse_before = 0; ///< root mean square distance of the first iteration's correspondences at the guess
+  double rmse = 0;        ///< the same of the last iteration's correspondences at the final transformation
   Degeneracy degeneracy = Degeneracy::None;
   std::size_t source_points = 0;  ///< source points that took part
   std::size_t source_dropped = 0; ///< source points that are not finite
@@ -103,7 +105,9 @@ struct AlignmentResult {
   unsigned threads = 1;               ///< host threads that searched
   std::vector<StageRequest> requests; ///< of the last iteration
   StageTimes device_times;            ///< per stage and transfer, from the device's event timers
-  StageTimes host_times;              ///< "tree", "search", "start" (device and kernels), "total"
+  /// "start" (device and kernels), "tree", "pack" (the source), "search" (with DeviceKdTree or the default search the
+  /// whole pass over the pairs), "estimate" (where listed pairs are estimated apart), "total"
+  StageTimes host_times;
 };
 
 } // namespace pcl_gpu_icp

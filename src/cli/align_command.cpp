@@ -65,10 +65,10 @@ public:
     if (shown_)
       std::fputs("\r\033[K", stderr);
   }
-  void show(int iteration, double rmse)
+  void show(int iteration, double rmse, std::size_t searched)
   {
     if (shown_)
-      std::fprintf(stderr, "\riteration %d  RMSE %.6g\033[K", iteration, rmse);
+      std::fprintf(stderr, "\riteration %d  RMSE %.6g  searched %zu points\033[K", iteration, rmse, searched);
   }
 
 private:
@@ -85,7 +85,8 @@ void runIcp(Icp& icp, const CloudPair& pair, const AlignOptions& options)
   icp.setInputTarget(pair.target.points);
 
   LiveLine line(!options.quiet && isatty(STDERR_FILENO));
-  icp.setIterationCallback([&line](int iteration, double rmse) { line.show(iteration, rmse); });
+  icp.setIterationCallback(
+      [&line](int iteration, double rmse, std::size_t searched) { line.show(iteration, rmse, searched); });
   pcl::PointCloud<pcl::PointXYZ> aligned;
   icp.align(aligned, detail::toMatrix<double>(pair.guess));
 }

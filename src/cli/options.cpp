@@ -108,8 +108,9 @@ void addAlignmentOptions(CLI::App& command, AlignmentOptions& options)
   addChoice(command,
             "--search",
             options.search,
-            {{"pcl", CorrespondenceSearch::PclKdTree}},
-            "what finds the correspondences: pcl, which is PCL's KD-tree on the host");
+            {{"pcl", CorrespondenceSearch::PclKdTree}, {"device", CorrespondenceSearch::DeviceKdTree}},
+            "what finds the correspondences: pcl, which is PCL's KD-tree on the host (the default), or device, a tree "
+            "on the device, which then does the whole iteration");
   addChoice(command,
             "--pipeline",
             options.pipeline,

@@ -15,6 +15,8 @@ const char* toString(CorrespondenceSearch search)
   switch (search) {
   case CorrespondenceSearch::PclKdTree:
     return "pcl";
+  case CorrespondenceSearch::DeviceKdTree:
+    return "device";
   }
   return "unknown";
 }

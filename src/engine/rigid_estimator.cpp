@@ -2,6 +2,7 @@
 
 #include "estimator_internals.h"
 #include "kernels/layout.h"
+#include "solution.h"
 #include "stages/centroid.h"
 #include "stages/cross_covariance.h"
 #include "stages/demean.h"
@@ -15,7 +16,6 @@
 #include <pcl_gpu_icp/error.h>
 
 #include <algorithm>
-#include <cmath>
 
 namespace pcl_gpu_icp {
 
@@ -23,34 +23,8 @@ namespace {
 
 Precision available(Precision wanted, const opencl::Traits& traits) { return traits.fp64 ? wanted : Precision::Float; }
 
-Degeneracy degeneracyOf(int rank)
-{
-  return rank >= 2 ? Degeneracy::None : rank == 1 ? Degeneracy::Line : Degeneracy::Point;
-}
-
-/// One step of Newton's iteration for the nearest rotation (Higham 1986): from float32's orthonormality to double's.
-std::array<double, 9> orthonormal(const std::array<double, 9>& r)
-{
-  std::array<double, 9> result{};
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) {
-      double correction = 0;
-      for (int k = 0; k < 3; ++k)
-        for (int l = 0; l < 3; ++l)
-          correction += r[3 * i + k] * r[3 * l + k] * r[3 * l + j];
-      result[3 * i + j] = 1.5 * r[3 * i + j] - 0.5 * correction;
-    }
-  return result;
-}
-
 /// The kernels index the 9 rows of outer products with 32 bits.
 constexpr std::size_t points_at_most = (std::size_t(1) << 32) / 9 / ROW_PADDING * ROW_PADDING;
-
-template <std::size_t n>
-bool allFinite(const std::array<double, n>& values)
-{
-  return std::all_of(values.begin(), values.end(), [](double value) { return std::isfinite(value); });
-}
 
 void checkCount(std::size_t count)
 {
@@ -104,22 +78,9 @@ struct RigidEstimator::Implementation {
   void read(Estimate& estimate)
   {
     queue.download(solution, sizeof(RigidSolution<real>), [&](const void* memory) {
-      const auto& record = *static_cast<const RigidSolution<real>*>(memory);
-      StageValues& values = estimate.stages;
-      std::copy(std::begin(record.source_centroid), std::end(record.source_centroid), values.source_centroid.begin());
-      std::copy(std::begin(record.target_centroid), std::end(record.target_centroid), values.target_centroid.begin());
-      std::copy(std::begin(record.H), std::end(record.H), values.H.begin());
-      std::copy(std::begin(record.U), std::end(record.U), values.U.begin());
-      std::copy(std::begin(record.S), std::end(record.S), values.S.begin());
-      std::copy(std::begin(record.V), std::end(record.V), values.V.begin());
-      std::copy(std::begin(record.R), std::end(record.R), values.R.begin());
-      std::copy(std::begin(record.t), std::end(record.t), values.t.begin());
-      estimate.degeneracy = degeneracyOf(record.rank);
+      copySolution(*static_cast<const RigidSolution<real>*>(memory), estimate);
     });
-    if (!allFinite(estimate.stages.H) || !allFinite(estimate.stages.R) || !allFinite(estimate.stages.t))
-      throw InvalidArgument("the pairs' coordinates are too large to be multiplied in " +
-                            std::string(toString(precision)) +
-                            ", or a correspondence names a point that is not finite");
+    requireFinite(estimate, precision);
   }
 
   Pipeline pipeline;
@@ -137,38 +98,6 @@ struct RigidEstimator::Implementation {
   stages::RotationTranslation rotation_translation;
   opencl::Buffer solution{"solution"};
 };
-
-namespace {
-
-/// The transform in the callers' coordinates: t is derived from R in double, with the pivots put back.
-RigidTransform absoluteTransform(const StageValues& values)
-{
-  RigidTransform transform;
-  transform.rotation = orthonormal(values.R);
-  std::array<double, 3> p{}, q{};
-  for (int i = 0; i < 3; ++i) {
-    p[i] = values.source_centroid[i] + values.source_pivot[i];
-    q[i] = values.target_centroid[i] + values.target_pivot[i];
-  }
-  const auto rotated = transform(p[0], p[1], p[2]);
-  for (int i = 0; i < 3; ++i)
-    transform.translation[i] = q[i] - rotated[i];
-  return transform;
-}
-
-RigidTransform inFloat(const RigidTransform& transform)
-{
-  RigidTransform result = transform;
-  for (double& entry : result.rotation)
-    entry = rounded<float>(entry);
-  for (double& entry : result.translation)
-    entry = rounded<float>(entry);
-  return result;
-}
-
-std::array<double, 3> negated(const std::array<double, 3>& x) { return {-x[0], -x[1], -x[2]}; }
-
-} // namespace
 
 RigidEstimator::RigidEstimator(const Device& device, Pipeline pipeline, Precision precision)
 : RigidEstimator(makeEstimator(device, opencl::Traits::of(device.info()), pipeline, precision))
@@ -257,19 +186,12 @@ Estimate RigidEstimator::estimate(const Correspondence* correspondences, std::si
                           " and " + std::to_string(self.target.count) + " points");
   self.pairs.count = 0;
   self.pairs.resolution_sq = self.source_placement.rounding * self.target_placement.rounding;
-  const RigidTransform pivoted_pose =
-      inFloat(recentred(pose, self.source_placement.pivot, self.target_placement.pivot));
+  const DevicePose device_pose(pose, self.source_placement.pivot, self.target_placement.pivot);
   if (count > 0)
-    self.gather.enqueue(self.queue, self.source, self.target, correspondences, count, pivoted_pose, self.pairs);
+    self.gather.enqueue(
+        self.queue, self.source, self.target, correspondences, count, device_pose.pivoted(), self.pairs);
   Estimate estimate = self.solve();
-  // Both clouds of the pairs are in the target's frame by now.
-  estimate.stages.source_pivot = estimate.stages.target_pivot = self.target_placement.pivot;
-  if (estimate.pairs > 0) {
-    // The device moved the source by the pose as float holds it; the increment is to the pose itself.
-    const RigidTransform moved_by =
-        recentred(pivoted_pose, negated(self.source_placement.pivot), negated(self.target_placement.pivot));
-    estimate.transform = compose(absoluteTransform(estimate.stages), compose(moved_by, inverse(pose)));
-  }
+  device_pose.completeIncrement(estimate);
   return estimate;
 }
 

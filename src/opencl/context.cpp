@@ -13,7 +13,9 @@ Traits Traits::of(const DeviceInfo& info)
 {
   Traits traits;
   // An embedded GPU's local memory may be ordinary memory too, but it still wants a work-item per point.
-  traits.shape = info.type == DeviceInfo::Type::Cpu ? Shape::Chunked : Shape::Grouped;
+  // Mesa's CPU device runs work-items as lanes of its vectors, and Mesa 22.3 loses track of loops over 16-wide vectors.
+  const bool is_mesa = info.platform == "rusticl";
+  traits.shape = info.type == DeviceInfo::Type::Cpu && !is_mesa ? Shape::Chunked : Shape::Grouped;
   traits.mapped_memory = info.unified_memory;
   traits.fp64 = info.fp64;
   while (traits.work_group_size > 1 && traits.work_group_size > info.max_work_group_size)

@@ -160,9 +160,9 @@ Profile Queue::takeProfile()
 void Queue::account()
 {
   finish();
-  const auto done = std::exchange(pending_, {});
+  settled_ = std::exchange(pending_, {});
   translated(info().name, "", [&] {
-    for (const auto& [stage, event] : done)
+    for (const auto& [stage, event] : settled_)
       profile_.add(stage, milliseconds(event));
   });
 }

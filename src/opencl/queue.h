@@ -110,6 +110,8 @@ private:
   Buffer staging_{"staging memory"};
   void* staging_memory_ = nullptr;
   std::vector<std::pair<const char*, cl::Event>> pending_;
+  /// Of the last account. Released one account later: PoCL 6 unlocks an event after clFinish has returned.
+  std::vector<std::pair<const char*, cl::Event>> settled_;
   Profile profile_;
 };
 

@@ -81,7 +81,7 @@ Times allTimes(const AlignmentReport& report)
   };
   add(report.command_times, "read", "read");
   add(report.command_times, "device", "device");
-  for (const char* step : {"start", "tree", "search", "estimate"})
+  for (const char* step : {"start", "tree", "pack", "search", "estimate"})
     add(report.result.host_times, step, step);
   for (const auto& [what, time] : report.result.device_times)
     times.emplace_back("device_" + what, time.milliseconds);
@@ -113,6 +113,10 @@ std::string toText(const AlignmentReport& report)
                  result.threads,
                  toString(result.pipeline),
                  toString(result.precision));
+  if (!result.searched.empty())
+    text += format("searched   %zu points in the first iteration, %zu in the last\n",
+                   result.searched.front(),
+                   result.searched.back());
   text += "result     " + outcome(result) + "\n";
   text +=
       result.inliers > 0
@@ -147,6 +151,7 @@ std::string toJson(const AlignmentReport& report)
   json["converged"] = result.converged;
   json["reason"] = toString(result.reason);
   json["iterations"] = result.iterations;
+  json["searched"] = result.searched;
   json["inliers"] = result.inliers;
   json["rmse"] = result.inliers > 0 ? Json(result.rmse) : Json();
   json["rmse_before"] = result.inliers > 0 ? Json(result.rmse_before) : Json();

@@ -1,100 +1,113 @@
 #include <pcl_gpu_icp/search/nearest_index.h>
 
-#include <flann/algorithms/dist.h>
+#include "box_tree.h"
+
+#include <pcl_gpu_icp/parallel_for.h>
+
 #include <flann/algorithms/kdtree_single_index.h>
 
+#include <algorithm>
 #include <cmath>
-#include <cstring>
 
 namespace pcl_gpu_icp::search {
 
 namespace {
 
-/// A distance type of our own, so that this instantiation of FLANN's tree is not the one in libpcl_kdtree.
-struct SquaredDistance : flann::L2_Simple<float> {};
+/// flann::L2_Simple for three coordinates: FLANN's loop over the dimension takes a third of a query. A type of our own
+/// also keeps this instantiation of FLANN's tree apart from the one in libpcl_kdtree.
+struct SquaredDistance {
+  using is_kdtree_distance = bool;
+  using ElementType = float;
+  using ResultType = float;
+
+  template <typename Point>
+  float operator()(const float* a, Point b, std::size_t /*size*/, float /*worst*/ = -1) const
+  {
+    const float x = a[0] - b[0], y = a[1] - b[1], z = a[2] - b[2];
+    return x * x + y * y + z * z;
+  }
+  // NOLINTNEXTLINE(readability-identifier-naming): FLANN calls it
+  float accum_dist(float a, float b, int /*axis*/) const { return (a - b) * (a - b); }
+};
 
 using Tree = flann::KDTreeSingleIndex<SquaredDistance>;
+
+flann::SearchParams exhaustive() { return {flann::FLANN_CHECKS_UNLIMITED, 0.0F}; }
 
 /// pcl::KdTreeFLANN's leaf size.
 constexpr int leaf_max_size = 15;
 
-/// One neighbour, on the stack.
-class Nearest : public flann::ResultSet<float> {
+/// The nearest few, on the stack. As `keep` in kernels/tree.h.
+class NearestFew : public flann::ResultSet<float> {
 public:
-  explicit Nearest(float limit)
-  : limit_(limit)
+  NearestFew(float radius_sq, float slack, unsigned kept)
+  : radius_sq_(radius_sq)
+  , slack_(slack)
+  , kept_(kept)
   {
+    found_.squared_distances.fill(std::numeric_limits<float>::infinity());
+    found_.bound_sq = std::numeric_limits<float>::infinity();
   }
 
   bool full() const override { return true; }
-  void addPoint(float distance, std::size_t index) override
+  float worstDist() const override { return radius_sq_; }
+  void addPoint(float distance_sq, std::size_t row) override
   {
-    if (distance < limit_) {
-      limit_ = distance;
-      row_ = static_cast<std::int64_t>(index);
+    auto& distances = found_.squared_distances;
+    if (!(distance_sq < distances[kept_ - 1])) {
+      found_.bound_sq = std::min(found_.bound_sq, distance_sq);
+      return;
     }
+    unsigned i = kept_ - 1;
+    found_.bound_sq = std::min(found_.bound_sq, distances[i]);
+    for (; i > 0 && distances[i - 1] > distance_sq; --i) {
+      distances[i] = distances[i - 1];
+      found_.rows[i] = found_.rows[i - 1];
+    }
+    distances[i] = distance_sq;
+    found_.rows[i] = static_cast<std::int32_t>(row);
+    const float reach = std::sqrt(distances[0]) + slack_;
+    radius_sq_ = std::min({radius_sq_, std::max(reach * reach, distances[0]), distances[kept_ - 1]});
   }
-  float worstDist() const override { return limit_; }
 
-  std::int64_t row() const { return row_; }
+  /// The tree tells of nothing beyond the radius.
+  Neighbourhood found() const
+  {
+    Neighbourhood found = found_;
+    found.bound_sq = std::min(found.bound_sq, radius_sq_);
+    return found;
+  }
 
 private:
-  float limit_;
-  std::int64_t row_ = -1;
+  float radius_sq_, slack_;
+  unsigned kept_;
+  Neighbourhood found_;
 };
 
-std::size_t hashOf(const float* xyz)
+/// The median distance of a few points to their nearest neighbour.
+float sampledSpacing(const Tree& tree, const std::vector<PlacedPoint>& points)
 {
-  std::uint32_t bits[3];
-  std::memcpy(bits, xyz, sizeof(bits));
-  std::uint64_t hash = 0;
-  for (const std::uint32_t word : bits) {
-    hash = (hash ^ word) * 0x9E3779B97F4A7C15ULL;
-    hash ^= hash >> 32;
+  constexpr std::size_t samples_at_most = 63;
+  std::vector<float> distances;
+  for (std::size_t i = 0; i < points.size() && points.size() > 1; i += points.size() / samples_at_most + 1) {
+    NearestFew nearest(std::numeric_limits<float>::infinity(), std::numeric_limits<float>::infinity(), 2);
+    tree.findNeighbors(nearest, points[i].xyz, exhaustive());
+    distances.push_back(std::sqrt(nearest.found().squared_distances[1]));
   }
-  return hash;
+  if (distances.empty())
+    return 0;
+  const auto middle = distances.begin() + distances.size() / 2;
+  std::nth_element(distances.begin(), middle, distances.end());
+  return *middle;
 }
-
-/// Open-addressing set of rows of coordinates, to find coincident points.
-class DistinctPoints {
-public:
-  DistinctPoints(std::size_t capacity, const std::vector<float>& rows)
-  : rows_(rows)
-  {
-    std::size_t slots = 16;
-    while (slots < 2 * capacity)
-      slots *= 2;
-    slots_.assign(slots, -1);
-  }
-
-  /// Adds row `row`; false when an equal one is there.
-  bool add(std::int32_t row)
-  {
-    const float* xyz = rows_.data() + 3 * std::size_t(row);
-    for (std::size_t slot = hashOf(xyz);; ++slot) {
-      std::int32_t& held = slots_[slot & (slots_.size() - 1)];
-      if (held < 0) {
-        held = row;
-        return true;
-      }
-      const float* other = rows_.data() + 3 * std::size_t(held);
-      if (xyz[0] == other[0] && xyz[1] == other[1] && xyz[2] == other[2])
-        return false;
-    }
-  }
-
-private:
-  const std::vector<float>& rows_;
-  std::vector<std::int32_t> slots_;
-};
 
 } // namespace
 
 struct NearestIndex::Implementation {
-  std::vector<float> coordinates;      ///< x, y, z of the distinct finite points
-  std::vector<std::int32_t> positions; ///< their positions in the cloud
-  std::unique_ptr<Tree> tree;          ///< refers to the coordinates
-  flann::SearchParams parameters{flann::FLANN_CHECKS_UNLIMITED, 0.0F};
+  std::array<double, 3> pivot{};
+  std::vector<PlacedPoint> points; ///< distinct and finite
+  std::unique_ptr<Tree> tree;      ///< refers to the points
+  float spacing = 0;
 };
 
 NearestIndex::NearestIndex()
@@ -108,44 +121,42 @@ NearestIndex& NearestIndex::operator=(NearestIndex&&) noexcept = default;
 void NearestIndex::build(const Points& points)
 {
   auto built = std::make_unique<Implementation>();
-  auto& coordinates = built->coordinates;
-  coordinates.reserve(3 * points.count);
-  built->positions.reserve(points.count);
-  DistinctPoints distinct(points.count, coordinates);
-  for (std::size_t i = 0; i < points.count; ++i) {
-    const float* p = points[i];
-    if (!std::isfinite(p[0]) || !std::isfinite(p[1]) || !std::isfinite(p[2]))
-      continue;
-    for (int axis = 0; axis < 3; ++axis)
-      coordinates.push_back(p[axis] + 0.0F); // -0 and 0 are one coordinate
-    if (distinct.add(static_cast<std::int32_t>(built->positions.size())))
-      built->positions.push_back(static_cast<std::int32_t>(points.position(i)));
-    else
-      coordinates.resize(coordinates.size() - 3);
-  }
-  if (!built->positions.empty()) {
-    const flann::Matrix<float> rows(coordinates.data(), built->positions.size(), 3);
+  built->pivot = pivotOf(points);
+  built->points = finitePoints(points, built->pivot, effectiveThreads(0));
+  dropCoincident(built->points);
+  if (!built->points.empty()) {
+    const flann::Matrix<float> rows(built->points.front().xyz, built->points.size(), 3, sizeof(PlacedPoint));
     built->tree = std::make_unique<Tree>(rows, flann::KDTreeSingleIndexParams(leaf_max_size));
     built->tree->buildIndex();
+    built->spacing = sampledSpacing(*built->tree, built->points);
   }
   implementation_ = std::move(built);
 }
 
-std::size_t NearestIndex::size() const { return implementation_->positions.size(); }
+const std::vector<PlacedPoint>& NearestIndex::points() const { return implementation_->points; }
+const std::array<double, 3>& NearestIndex::pivot() const { return implementation_->pivot; }
 
-Neighbour NearestIndex::nearest(const float* xyz, float max_squared_distance, Neighbour start) const
+float NearestIndex::spacing() const { return implementation_->spacing; }
+
+Neighbour NearestIndex::nearest(const float* xyz, float max_squared_distance) const
 {
-  if (!implementation_->tree || !std::isfinite(xyz[0]) || !std::isfinite(xyz[1]) || !std::isfinite(xyz[2]))
-    return {};
+  float query[3];
+  for (int axis = 0; axis < 3; ++axis)
+    query[axis] = xyz[axis] - static_cast<float>(implementation_->pivot[axis]);
   // The tree looks for what is strictly closer.
-  const bool started = start.index >= 0 && start.squared_distance <= max_squared_distance;
-  const float infinity = std::numeric_limits<float>::infinity();
-  const float limit = started ? start.squared_distance : std::nextafter(max_squared_distance, infinity);
-  Nearest nearest(limit);
-  implementation_->tree->findNeighbors(nearest, xyz, implementation_->parameters);
-  if (nearest.row() < 0)
-    return started ? start : Neighbour{};
-  return {implementation_->positions[nearest.row()], nearest.worstDist()};
+  const float limit = std::nextafter(max_squared_distance, std::numeric_limits<float>::infinity());
+  const Neighbourhood found = neighbourhood(query, limit, 0, 1);
+  if (found.rows[0] < 0)
+    return {};
+  return {implementation_->points[found.rows[0]].position, found.squared_distances[0]};
+}
+
+Neighbourhood NearestIndex::neighbourhood(const float* query, float radius_sq, float slack, unsigned kept) const
+{
+  NearestFew nearest(radius_sq, slack, kept);
+  if (implementation_->tree && std::isfinite(query[0]) && std::isfinite(query[1]) && std::isfinite(query[2]))
+    implementation_->tree->findNeighbors(nearest, query, exhaustive());
+  return nearest.found();
 }
 
 std::uint64_t fingerprintOf(const Points& points)

@@ -23,12 +23,6 @@ void Gather::enqueue(opencl::Queue& queue,
       matches[2 * k + 1] = correspondences[k].target;
     }
   });
-  cl_float16 pose_rows{};
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j)
-      pose_rows.s[4 * i + j] = static_cast<float>(pose.rotation[3 * i + j]);
-    pose_rows.s[4 * i + 3] = static_cast<float>(pose.translation[i]);
-  }
   queue.launch("gather",
                {"gather.cl", "gather"},
                overPoints(queue.traits(), pairs.stride),
@@ -38,7 +32,7 @@ void Gather::enqueue(opencl::Queue& queue,
                target.stride,
                matches_,
                pairs.count,
-               pose_rows,
+               rowsOf(pose),
                pairs.rows,
                pairs.stride);
 }

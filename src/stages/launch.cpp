@@ -56,6 +56,17 @@ WorkSize oneGroup(const Traits& traits, std::size_t items)
 
 WorkSize workItems(std::size_t items) { return {cl::NDRange(items), cl::NDRange(1)}; }
 
+cl_float16 rowsOf(const RigidTransform& transform)
+{
+  cl_float16 rows{};
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j)
+      rows.s[4 * i + j] = static_cast<float>(transform.rotation[3 * i + j]);
+    rows.s[4 * i + 3] = static_cast<float>(transform.translation[i]);
+  }
+  return rows;
+}
+
 std::vector<std::size_t> halvings(std::size_t n)
 {
   std::vector<std::size_t> levels;

@@ -4,6 +4,7 @@
 #include "pairs.h"
 
 #include <pcl_gpu_icp/result.h>
+#include <pcl_gpu_icp/rigid_transform.h>
 
 #include <string>
 
@@ -24,6 +25,9 @@ opencl::WorkSize oneGroup(const opencl::Traits& traits, std::size_t items);
 
 /// `items` work-items of equal work, in both shapes.
 opencl::WorkSize workItems(std::size_t items);
+
+/// The rows of [R | t] as float32.
+cl_float16 rowsOf(const RigidTransform& transform);
 
 /// ceil(n / 2), ceil(n / 4), ... 1: the work-items that each level of a pairwise sum of n values asks for.
 std::vector<std::size_t> halvings(std::size_t n);

@@ -48,6 +48,7 @@ class Align(CommandTest):
             "degenerate no\n",
             "transform\n",
             "search",
+            "searched",
             "total",
         ]:
             self.assertIn(expected, text)

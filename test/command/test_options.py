@@ -118,15 +118,17 @@ class Options(CommandTest):
         self.assertGreater(abs(biased["transform"][0][3] - MOTION[0][3]), 1e-3)
 
     def test_search_and_pipeline(self):
-        results = {
-            pipeline: self.align(self.source, self.target, "--pipeline", pipeline, "--search", "pcl")
-            for pipeline in ("staged", "fused")
-        }
-        for pipeline, result in results.items():
-            self.assertEqual((result["pipeline"], result["search"]), (pipeline, "pcl"))
-            self.assert_maps(result["transform"], POINTS, TARGET, 1e-4)
-        self.assertIn("device_svd", results["staged"]["times_ms"])
-        self.assertNotIn("device_svd", results["fused"]["times_ms"])
+        for search in ("pcl", "device"):
+            for pipeline, step in (("staged", "device_svd"), ("fused", "device_match_solve")):
+                with self.subTest(search=search, pipeline=pipeline):
+                    result = self.align(self.source, self.target, "--pipeline", pipeline, "--search", search)
+                    self.assertEqual((result["pipeline"], result["search"]), (pipeline, search))
+                    self.assert_maps(result["transform"], POINTS, TARGET, 1e-4)
+                    self.assertIn(step, result["times_ms"])
+                    self.assertEqual(len(result["searched"]), result["iterations"])
+                    self.assertEqual(result["searched"][0], len(POINTS))
+        compared = self.succeed("compare", self.source, self.target, "--search", "device")
+        self.assertIn("pcl_gpu_icp", compared)
 
     def test_device(self):
         named = self.align(self.source, self.target, "--device", "0:0")

@@ -16,9 +16,9 @@ MAY_INCLUDE = {
     "geometry": ["values"],
     "host": ["values"],
     "opencl": ["kernels", "values"],
-    "stages": ["kernels", "values", "geometry", "opencl"],
+    "search": ["kernels", "values", "geometry", "host"],
+    "stages": ["kernels", "values", "geometry", "host", "opencl", "search"],
     "scheduler": ["values"],
-    "search": ["values", "geometry"],
     "engine": ["kernels", "values", "geometry", "opencl", "stages", "scheduler", "search"],
     "pcl": ["values", "search", "engine"],
     "report": ["values", "pcl"],
@@ -28,6 +28,8 @@ MAY_INCLUDE = {
 # Public headers that are more than plain types. A header that includes <pcl/...> is in the room "pcl".
 HEADER_ROOMS = {
     "rigid_estimator.h": "engine",
+    "matcher.h": "engine",
+    "neighbour_search.h": "engine",
     "icp_loop.h": "engine",
     "batch.h": "engine",
 }

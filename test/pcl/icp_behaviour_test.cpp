@@ -6,6 +6,7 @@
 using pcl::PointXYZ;
 using Cloud = pcl::PointCloud<PointXYZ>;
 using Icp = pcl_gpu_icp::IterativeClosestPoint<PointXYZ, PointXYZ>;
+using pcl_gpu_icp::CorrespondenceSearch;
 using pcl_gpu_icp::Degeneracy;
 using pcl_gpu_icp::Pipeline;
 using pcl_gpu_icp::Reason;
@@ -145,6 +146,83 @@ TEST_F(IcpBehaviour, TargetTreeIsKeptUntilTheTargetChanges)
   EXPECT_EQ(tree->revision(), revision + 1);
   const Eigen::Vector3f moved_by = (icp.getFinalTransformation() - first.transformation).topRightCorner<3, 1>();
   EXPECT_LT((moved_by - shift).norm(), 0.01);
+}
+
+TEST_F(IcpBehaviour, TheDevicesTreeIsKeptUntilTheTargetChanges)
+{
+  icp.setCorrespondenceSearch(CorrespondenceSearch::DeviceKdTree);
+  const auto first = alignWith(icp, source, target, twenty_iterations, identity);
+  const auto uploads = [&] { return icp.getResult().device_times.at("upload").count; };
+  const unsigned with_tree = uploads();
+  Cloud output;
+  icp.setInputTarget(target);
+  icp.align(output);
+  EXPECT_EQ(icp.getFinalTransformation(), first.transformation);
+  EXPECT_LT(uploads(), with_tree) << "the tree is there";
+
+  const Eigen::Vector3f shift(0.02F, 0.01F, 0.03F);
+  for (auto& point : *target)
+    point.getVector3fMap() += shift;
+  icp.align(output);
+  EXPECT_EQ(uploads(), with_tree);
+  const Eigen::Vector3f moved_by = (icp.getFinalTransformation() - first.transformation).topRightCorner<3, 1>();
+  EXPECT_LT((moved_by - shift).norm(), 0.01);
+}
+
+TEST_F(IcpBehaviour, TheDevicesTreeExcludesTheCallersSearch)
+{
+  icp.setCorrespondenceSearch(CorrespondenceSearch::DeviceKdTree);
+  icp.setSearchMethodTarget(pcl::make_shared<pcl::search::KdTree<PointXYZ>>());
+  alignWith(icp, source, target, twenty_iterations, identity);
+  EXPECT_FALSE(icp.hasConverged());
+  EXPECT_EQ(icp.getResult().reason, Reason::Error);
+  EXPECT_NE(icp.getResult().message.find("excludes a search method"), std::string::npos);
+}
+
+TEST_F(IcpBehaviour, FewerAndFewerPointsAreSearchedForWithTheSameBits)
+{
+  for (const auto search : {CorrespondenceSearch::PclKdTree, CorrespondenceSearch::DeviceKdTree}) {
+    SCOPED_TRACE(toString(search));
+    Icp other;
+    other.setCorrespondenceSearch(search);
+    std::vector<std::size_t> shown;
+    other.setIterationCallback([&](int, double, std::size_t searched) { shown.push_back(searched); });
+    alignWith(
+        other,
+        source,
+        target,
+        [](auto& aligner) {
+          aligner.setMaximumIterations(60);
+          aligner.setTransformationEpsilon(1e-12);
+        },
+        identity);
+    const auto& searched = other.getResult().searched;
+    ASSERT_EQ(searched.size(), std::size_t(other.getResult().iterations));
+    EXPECT_EQ(searched, shown);
+    EXPECT_EQ(searched.front(), source->size());
+    EXPECT_LT(searched.back(), source->size() / 10);
+  }
+}
+
+TEST_F(IcpBehaviour, FitnessFollowsTheCloudsAsTheyAreNow)
+{
+  for (const auto search : {CorrespondenceSearch::PclKdTree, CorrespondenceSearch::DeviceKdTree}) {
+    SCOPED_TRACE(toString(search));
+    Icp other;
+    other.setCorrespondenceSearch(search);
+    const Cloud::Ptr changing(new Cloud(*source));
+    const auto outcome = alignWith(other, changing, target, twenty_iterations, identity);
+    // PCL's own way, through a search of every point.
+    pcl::Registration<PointXYZ, PointXYZ>& as_pcl_has_it = other;
+    EXPECT_NEAR(outcome.fitness, as_pcl_has_it.getFitnessScore(), 1e-5 * outcome.fitness);
+    EXPECT_NEAR(other.getFitnessScore(1e-3), as_pcl_has_it.getFitnessScore(1e-3), 1e-5 * outcome.fitness);
+    EXPECT_EQ(other.getFitnessScore(0), std::numeric_limits<double>::max());
+    EXPECT_EQ(other.getFitnessScore(), outcome.fitness);
+    for (auto& point : *changing)
+      point.z += 0.5F;
+    EXPECT_NEAR(other.getFitnessScore(), as_pcl_has_it.getFitnessScore(), 1e-5);
+    EXPECT_GT(other.getFitnessScore(), 2 * outcome.fitness);
+  }
 }
 
 TEST_F(IcpBehaviour, AnAlignThatCannotStartClearsTheLastOne)

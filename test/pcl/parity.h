@@ -51,22 +51,32 @@ expectSameAsStock(const pcl::shared_ptr<pcl::PointCloud<PointSource>>& source,
                   double degrees = 0.02)
 {
   pcl::IterativeClosestPoint<PointSource, PointTarget, Scalar> stock;
-  pcl_gpu_icp::IterativeClosestPoint<PointSource, PointTarget, Scalar> ours;
   const auto expected = alignWith(stock, source, target, configure, guess);
-  const auto actual = alignWith(ours, source, target, configure, guess);
-  EXPECT_EQ(ours.getResult().message, "");
-  EXPECT_EQ(actual.converged, expected.converged);
-  EXPECT_EQ(actual.state, expected.state);
-  EXPECT_LT(scenes::metresBetween<Scalar>(actual.transformation, expected.transformation), metres);
-  EXPECT_LT(scenes::degreesBetween<Scalar>(actual.transformation, expected.transformation), degrees);
-  EXPECT_NEAR(actual.fitness, expected.fitness, 5e-3 * expected.fitness + 1e-10);
-  EXPECT_EQ(actual.output.width, expected.output.width);
-  EXPECT_EQ(actual.output.height, expected.output.height);
-  EXPECT_EQ(actual.output.size(), expected.output.size());
-  double farthest = 0;
-  for (std::size_t i = 0; i < std::min(actual.output.size(), expected.output.size()); ++i)
-    farthest =
-        std::max<double>(farthest, (actual.output[i].getVector3fMap() - expected.output[i].getVector3fMap()).norm());
-  EXPECT_LT(farthest, 5 * metres);
-  return actual.transformation;
+  Eigen::Matrix<Scalar, 4, 4> transformation;
+  // With our own search last: a search method of the caller's excludes it.
+  for (const auto search :
+       {pcl_gpu_icp::CorrespondenceSearch::PclKdTree, pcl_gpu_icp::CorrespondenceSearch::DeviceKdTree}) {
+    SCOPED_TRACE(pcl_gpu_icp::toString(search));
+    pcl_gpu_icp::IterativeClosestPoint<PointSource, PointTarget, Scalar> ours;
+    ours.setCorrespondenceSearch(search);
+    const auto actual = alignWith(ours, source, target, configure, guess);
+    if (ours.getResult().message.find("excludes a search method") != std::string::npos)
+      break;
+    transformation = actual.transformation;
+    EXPECT_EQ(ours.getResult().message, "");
+    EXPECT_EQ(actual.converged, expected.converged);
+    EXPECT_EQ(actual.state, expected.state);
+    EXPECT_LT(scenes::metresBetween<Scalar>(actual.transformation, expected.transformation), metres);
+    EXPECT_LT(scenes::degreesBetween<Scalar>(actual.transformation, expected.transformation), degrees);
+    EXPECT_NEAR(actual.fitness, expected.fitness, 5e-3 * expected.fitness + 1e-10);
+    EXPECT_EQ(actual.output.width, expected.output.width);
+    EXPECT_EQ(actual.output.height, expected.output.height);
+    EXPECT_EQ(actual.output.size(), expected.output.size());
+    double farthest = 0;
+    for (std::size_t i = 0; i < std::min(actual.output.size(), expected.output.size()); ++i)
+      farthest =
+          std::max<double>(farthest, (actual.output[i].getVector3fMap() - expected.output[i].getVector3fMap()).norm());
+    EXPECT_LT(farthest, 5 * metres);
+  }
+  return transformation;
 }

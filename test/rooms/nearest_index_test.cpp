@@ -19,14 +19,6 @@ namespace {
 constexpr float infinity = std::numeric_limits<float>::infinity();
 constexpr float not_a_number = std::numeric_limits<float>::quiet_NaN();
 
-float squaredDistance(const float* a, const float* b)
-{
-  float sum = 0;
-  for (int axis = 0; axis < 3; ++axis)
-    sum += (a[axis] - b[axis]) * (a[axis] - b[axis]);
-  return sum;
-}
-
 Neighbour bruteForce(const Cloud& cloud, const float* query, float limit = infinity)
 {
   Neighbour nearest;
@@ -179,24 +171,39 @@ TEST(NearestIndex, FindsWhatIsExactlyAtTheLimitAndNothingBeyond)
   EXPECT_EQ(index.nearest(origin, std::numeric_limits<float>::max()).index, 0);
 }
 
-TEST(NearestIndex, AStartChangesNothingButTheTime)
+TEST(NearestIndex, ANeighbourhoodIsTheNearestFewAndNothingElseIsNearerThanItsBound)
 {
   for (unsigned seed = 1; seed <= 5; ++seed) {
     SCOPED_TRACE(testing::Message() << "seed " << seed);
     Random random(seed);
-    const Cloud cloud = random.cloud(1000), queries = random.cloud(300);
+    const Cloud cloud = random.cloud(1000), queries = random.cloud(200);
     const NearestIndex index = indexOf(cloud);
+    ASSERT_EQ(index.pivot(), (std::array<double, 3>{0, 0, 0}));
     for (int k = 0; k < queries.cols(); ++k) {
       const float* query = queries.col(k).data();
-      for (const float limit : {0.05F, infinity}) {
-        const Neighbour expected = bruteForce(cloud, query, limit);
-        const auto any = std::int32_t(random.count(0, 999));
-        for (const std::int32_t start : {any, bruteForce(cloud, query).index}) {
-          const Neighbour known{start, squaredDistance(cloud.col(start).data(), query)};
-          EXPECT_EQ(index.nearest(query, limit, known).squared_distance, expected.squared_distance);
-          EXPECT_EQ(index.nearest(query, limit, known).index, expected.index);
-        }
-      }
+      const Neighbour nearest = bruteForce(cloud, query);
+      for (const float slack : {0.0F, 0.3F, 2.0F, infinity})
+        for (const unsigned kept : {1U, 2U, search::Neighbourhood::most})
+          for (const float radius_sq : {infinity, nearest.squared_distance * 1.001F, nearest.squared_distance}) {
+            const auto found = index.neighbourhood(query, radius_sq, slack, kept);
+            if (radius_sq == nearest.squared_distance) {
+              EXPECT_EQ(found.rows[0], -1) << "strictly closer than the radius";
+              continue;
+            }
+            ASSERT_GE(found.rows[0], 0);
+            EXPECT_EQ(index.points()[found.rows[0]].position, nearest.index);
+            std::vector<bool> is_kept(1000);
+            for (unsigned i = 0; i < kept && found.rows[i] >= 0; ++i) {
+              is_kept[index.points()[found.rows[i]].position] = true;
+              EXPECT_EQ(found.squared_distances[i],
+                        squaredDistance(cloud.col(index.points()[found.rows[i]].position).data(), query));
+              EXPECT_LE(found.squared_distances[i == 0 ? 0 : i - 1], found.squared_distances[i]);
+            }
+            for (int j = 0; j < cloud.cols(); ++j)
+              if (!is_kept[j]) {
+                ASSERT_GE(squaredDistance(cloud.col(j).data(), query), found.bound_sq * (1 - 1e-6F));
+              }
+          }
     }
   }
 }
@@ -210,7 +217,6 @@ TEST(NearestIndex, QueriesThatAreNotFiniteFindNothing)
       float query[3] = {0, 0, 0};
       query[axis] = bad;
       EXPECT_EQ(index.nearest(query).index, -1);
-      EXPECT_EQ(index.nearest(query, 1.0F, {5, 0.5F}).index, -1) << "not even where the search starts from";
     }
 }
 

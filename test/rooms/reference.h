@@ -22,6 +22,15 @@ inline Points viewOf(const Cloud& cloud)
   return {cloud.data(), static_cast<std::size_t>(cloud.cols()), 3 * sizeof(float), nullptr, 0};
 }
 
+/// Between two points, in FLANN's order of operations.
+inline float squaredDistance(const float* a, const float* b)
+{
+  float sum = 0;
+  for (int axis = 0; axis < 3; ++axis)
+    sum += (a[axis] - b[axis]) * (a[axis] - b[axis]);
+  return sum;
+}
+
 /// The five stages in double precision.
 struct Reference {
   Eigen::Vector3d source_centroid, target_centroid;

@@ -49,12 +49,13 @@ bool hasField(const char* name)
   return false;
 }
 
-inline double rootMeanSquare(const pcl::Correspondences& correspondences)
+/// PCL's Correspondence::distance is the squared distance.
+inline double meanSquare(const pcl::Correspondences& correspondences)
 {
   double sum = 0;
   for (const pcl::Correspondence& c : correspondences)
     sum += c.distance;
-  return correspondences.empty() ? 0 : std::sqrt(sum / static_cast<double>(correspondences.size()));
+  return correspondences.empty() ? 0 : sum / static_cast<double>(correspondences.size());
 }
 
 } // namespace detail
@@ -76,6 +77,7 @@ template <typename PointSource, typename PointTarget, typename Scalar>
 void IterativeClosestPoint<PointSource, PointTarget, Scalar>::setDevice(const Device& device)
 {
   device_ = device;
+  matcher_.reset();
   estimator_.reset();
 }
 
@@ -116,6 +118,7 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::align(PointCloudSo
   if (!indicesAreValid())
     return;
   tree_just_built_ = this->target_cloud_updated_ && !this->force_no_recompute_;
+  nearest_tree_->setDeferred(search_ == CorrespondenceSearch::DeviceKdTree);
   Base::align(output, guess);
 }
 
@@ -154,7 +157,6 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::computeTransformat
   }
   result_.converged = this->converged_;
   result_.iterations = this->nr_iterations_;
-  matcher_.reset();
   moved_source_.reset();
 
   if (usesAllPoints())
@@ -169,15 +171,32 @@ template <typename PointSource, typename PointTarget, typename Scalar>
 bool IterativeClosestPoint<PointSource, PointTarget, Scalar>::match(const RigidTransform& pose)
 {
   this->previous_transformation_ = this->transformation_;
+  matched_pose_ = pose;
   {
     const Stopwatch watch(result_.host_times, "search");
-    findCorrespondences(pose);
+    if (moved_source_)
+      this->transformCloud(*this->input_, *moved_source_, this->final_transformation_);
+    if (matches_on_device_)
+      matchOnDevice(pose);
+    else if (this->correspondence_estimation_ == default_correspondence_estimation_ &&
+             !this->use_reciprocal_correspondence_)
+      queryCallersSearch();
+    else
+      queryCallersCorrespondenceEstimation();
   }
-  rejectCorrespondences();
+  if (!matches_on_device_)
+    result_.searched.push_back(finite_indices_->size());
+  if (lists_correspondences_) {
+    rejectCorrespondences();
+    matched_ = matches_.size();
+    mean_squared_distance_ = detail::meanSquare(*this->correspondences_);
+  }
+  if (auto* own = dynamic_cast<ConvergenceCriteria*>(this->convergence_criteria_.get()))
+    own->setMeanSquaredDistance(mean_squared_distance_);
   if (this->nr_iterations_ == 0)
-    result_.rmse_before = detail::rootMeanSquare(*this->correspondences_);
+    result_.rmse_before = std::sqrt(mean_squared_distance_);
 
-  if (this->correspondences_->size() >= this->min_number_correspondences_)
+  if (matched_ >= static_cast<std::size_t>(this->min_number_correspondences_))
     return true;
   PCL_ERROR("[pcl_gpu_icp::%s::computeTransformation] Not enough correspondences found. Relax your threshold "
             "parameters.\n",
@@ -188,21 +207,42 @@ bool IterativeClosestPoint<PointSource, PointTarget, Scalar>::match(const RigidT
 }
 
 template <typename PointSource, typename PointTarget, typename Scalar>
-void IterativeClosestPoint<PointSource, PointTarget, Scalar>::findCorrespondences(const RigidTransform& pose)
+void IterativeClosestPoint<PointSource, PointTarget, Scalar>::matchOnDevice(const RigidTransform& pose)
 {
-  if (moved_source_)
-    this->transformCloud(*this->input_, *moved_source_, this->final_transformation_);
-  if (!matcher_) {
-    if (this->correspondence_estimation_ == default_correspondence_estimation_ && !this->use_reciprocal_correspondence_)
-      queryCallersSearch();
-    else
-      queryCallersCorrespondenceEstimation();
+  const Matches found = matcher_->match(pose, detail::squaredLimit(this->corr_dist_threshold_));
+  result_.searched.push_back(found.searched);
+  increment_ = found.increment;
+  matched_ = increment_.pairs;
+  mean_squared_distance_ = found.mean_squared_distance;
+  if (!lists_correspondences_)
     return;
+  matches_ = matcher_->correspondences(pose);
+  if (this->use_reciprocal_correspondence_)
+    keepMutual(pose);
+  listCorrespondences(matches_);
+}
+
+template <typename PointSource, typename PointTarget, typename Scalar>
+void IterativeClosestPoint<PointSource, PointTarget, Scalar>::keepMutual(const RigidTransform& pose)
+{
+  const RigidTransform back = inverse(pose);
+  backward_matcher_->match(back, detail::squaredLimit(this->corr_dist_threshold_));
+  std::vector<std::int32_t> nearest_source(this->target_->size(), pcl::UNAVAILABLE);
+  for (const Correspondence& c : backward_matcher_->correspondences(back))
+    nearest_source[c.source] = c.target;
+  const auto is_one_sided = [&](const Correspondence& c) { return nearest_source[c.target] != c.source; };
+  matches_.erase(std::remove_if(matches_.begin(), matches_.end(), is_one_sided), matches_.end());
+}
+
+template <typename PointSource, typename PointTarget, typename Scalar>
+void IterativeClosestPoint<PointSource, PointTarget, Scalar>::listCorrespondences(
+    const std::vector<Correspondence>& correspondences)
+{
+  this->correspondences_->resize(correspondences.size());
+  for (std::size_t i = 0; i < correspondences.size(); ++i) {
+    const Correspondence& c = correspondences[i];
+    (*this->correspondences_)[i] = {c.source, c.target, c.squared_distance};
   }
-  matches_ = matcher_->match(pose);
-  this->correspondences_->resize(matches_.size());
-  for (std::size_t i = 0; i < matches_.size(); ++i)
-    (*this->correspondences_)[i] = {matches_[i].source, matches_[i].target, matches_[i].squared_distance};
 }
 
 template <typename PointSource, typename PointTarget, typename Scalar>
@@ -261,7 +301,7 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::rejectCorresponden
     rejector->setInputCorrespondences(pcl::make_shared<pcl::Correspondences>(*this->correspondences_));
     rejector->getCorrespondences(*this->correspondences_);
   }
-  if (matcher_ && this->correspondence_rejectors_.empty())
+  if (matches_on_device_ && this->correspondence_rejectors_.empty())
     return;
   matches_.clear();
   for (const pcl::Correspondence& c : *this->correspondences_)
@@ -276,24 +316,28 @@ RigidTransform IterativeClosestPoint<PointSource, PointTarget, Scalar>::estimate
         *moved_source_, *this->target_, *this->correspondences_, this->transformation_);
     return detail::toRigidTransform<Scalar>(this->transformation_);
   }
-  const Stopwatch watch(result_.host_times, "estimate");
-  const Estimate estimate = estimator_->estimate(matches_.data(), matches_.size(), pose);
-  result_.degeneracy = estimate.degeneracy;
+  if (!increment_from_matching_) {
+    const Stopwatch watch(result_.host_times, "estimate");
+    increment_ = estimator_->estimate(matches_.data(), matches_.size(), pose);
+  }
+  result_.degeneracy = increment_.degeneracy;
   // The criteria look at how far the increment moves the origin: R and t are rounded each for itself here.
-  this->transformation_ = detail::toMatrix<Scalar>(estimate.transform);
-  return estimate.transform;
+  this->transformation_ = detail::toMatrix<Scalar>(increment_.transform);
+  return increment_.transform;
 }
 
 template <typename PointSource, typename PointTarget, typename Scalar>
 bool IterativeClosestPoint<PointSource, PointTarget, Scalar>::finished(const RigidTransform& /*increment*/,
                                                                        const RigidTransform& pose)
 {
-  const auto anchor = estimatesOnDevice() ? estimator_->sourcePivot() : std::array<double, 3>{};
+  const auto anchor = increment_from_matching_ ? matcher_->sourcePivot()
+                      : estimatesOnDevice()    ? estimator_->sourcePivot()
+                                               : std::array<double, 3>{};
   this->final_transformation_ = detail::toMatrix<Scalar>(rounded<Scalar>(pose, anchor));
   ++this->nr_iterations_;
 
   if (iteration_callback_)
-    iteration_callback_(this->nr_iterations_, detail::rootMeanSquare(*this->correspondences_));
+    iteration_callback_(this->nr_iterations_, std::sqrt(mean_squared_distance_), result_.searched.back());
   if (this->update_visualizer_) {
     this->transformCloud(*this->input_, *moved_source_, this->final_transformation_);
     pcl::Indices source_indices, target_indices;
@@ -312,12 +356,23 @@ template <typename PointSource, typename PointTarget, typename Scalar>
 void IterativeClosestPoint<PointSource, PointTarget, Scalar>::report(const RigidTransform& pose)
 {
   result_.reason = detail::reasonOf(this->convergence_criteria_->getConvergenceState());
-  result_.inliers = this->correspondences_->size();
-  result_.rmse =
-      search::rootMeanSquareDistance(matches_, search::pointsOf(*this->input_), search::pointsOf(*this->target_), pose);
-  result_.requests = stageRequests(matches_.size());
-  if (estimatesOnDevice())
-    result_.device_times = estimator_->takeTimes();
+  result_.inliers = matched_;
+  result_.requests = stageRequests(matched_);
+  if (increment_from_matching_) {
+    result_.rmse = std::sqrt(matcher_->meanSquaredDistance(pose));
+    listCorrespondences(matcher_->correspondences(matched_pose_));
+  }
+  else
+    result_.rmse = std::sqrt(
+        meanSquaredDistance(matches_, search::pointsOf(*this->input_), search::pointsOf(*this->target_), pose));
+  if (matches_on_device_)
+    result_.device_times = matcher_->takeTimes();
+  if (estimatesOnDevice() && !increment_from_matching_)
+    for (const auto& [what, time] : estimator_->takeTimes()) {
+      StageTime& entry = result_.device_times[what];
+      entry.milliseconds += time.milliseconds;
+      entry.count += time.count;
+    }
 }
 
 template <typename PointSource, typename PointTarget, typename Scalar>
@@ -351,10 +406,25 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::transformCloud(con
 }
 
 template <typename PointSource, typename PointTarget, typename Scalar>
+bool IterativeClosestPoint<PointSource, PointTarget, Scalar>::matcherHoldsTheClouds() const
+{
+  if (!matcher_ || matched_source_ == 0 || !usesDefaultSearch())
+    return false;
+  const pcl::Indices indices = finiteIndices();
+  return search::fingerprintOf(search::pointsOf(*this->input_, &indices)) == matched_source_ &&
+         search::fingerprintOf(search::pointsOf(*this->target_)) == matcher_target_;
+}
+
+template <typename PointSource, typename PointTarget, typename Scalar>
 double IterativeClosestPoint<PointSource, PointTarget, Scalar>::getFitnessScore(double max_range)
 {
   if (!this->input_ || !this->target_)
     return std::numeric_limits<double>::max();
+  if (matcherHoldsTheClouds()) {
+    const RigidTransform pose = detail::toRigidTransform<Scalar>(this->final_transformation_);
+    const Matches found = matcher_->match(pose, detail::floatAtMost(max_range));
+    return found.increment.pairs > 0 ? found.mean_squared_distance : std::numeric_limits<double>::max();
+  }
   const bool every_point = !this->indices_ || this->fake_indices_;
   const std::size_t count = every_point ? this->input_->size() : this->indices_->size();
   const RigidTransform pose = detail::toRigidTransform<Scalar>(this->final_transformation_);

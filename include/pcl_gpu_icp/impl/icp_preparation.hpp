@@ -14,15 +14,17 @@ namespace pcl_gpu_icp {
 
 namespace detail {
 
-/// The largest float that is no larger than `distance` squared: what a squared float distance is compared with.
-inline float squaredLimit(double distance)
+/// The largest float that is no larger; infinite for what float cannot hold.
+inline float floatAtMost(double value)
 {
-  const double squared = distance * distance;
-  if (squared >= std::numeric_limits<float>::max())
+  if (value >= std::numeric_limits<float>::max())
     return std::numeric_limits<float>::infinity();
-  const float limit = static_cast<float>(squared);
-  return limit > squared ? std::nextafter(limit, 0.0F) : limit;
+  const float rounded = static_cast<float>(value);
+  return rounded > value ? std::nextafter(rounded, -std::numeric_limits<float>::infinity()) : rounded;
 }
+
+/// `distance` squared: what a squared float distance is compared with.
+inline float squaredLimit(double distance) { return floatAtMost(distance * distance); }
 
 } // namespace detail
 
@@ -37,78 +39,157 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::prepare(const Matr
   result_.search = search_;
   result_.threads = getNumberOfThreads();
 
-  finite_indices_.reset(new pcl::Indices);
-  finite_indices_->reserve(this->indices_->size());
-  for (const auto index : *this->indices_)
-    if (pcl::isXYZFinite((*this->input_)[index]))
-      finite_indices_->push_back(index);
+  finite_indices_.reset(new pcl::Indices(finiteIndices()));
   result_.source_points = finite_indices_->size();
   result_.source_dropped = this->indices_->size() - finite_indices_->size();
 
-  prepareSearch();
-  prepareEstimator();
   prepareCriteria();
+  prepareMatching();
+  prepareEstimator();
   prepareRejectors();
 }
 
 template <typename PointSource, typename PointTarget, typename Scalar>
-void IterativeClosestPoint<PointSource, PointTarget, Scalar>::prepareSearch()
+pcl::Indices IterativeClosestPoint<PointSource, PointTarget, Scalar>::finiteIndices() const
 {
-  const bool own_estimation = this->correspondence_estimation_ == default_correspondence_estimation_;
-  const bool own_tree = this->tree_ == nearest_tree_;
-  if (own_tree) {
-    nearest_tree_->refresh();
-    // pcl::Registration had it built before the total was taken.
-    const double built = nearest_tree_->takeBuildMilliseconds();
-    result_.host_times["tree"] = {built, 1};
-    result_.host_times["total"].milliseconds += built;
+  pcl::Indices finite;
+  const auto add = [&](pcl::index_t index) {
+    if (pcl::isXYZFinite((*this->input_)[index]))
+      finite.push_back(index);
+  };
+  if (!this->indices_ || this->fake_indices_)
+    for (std::size_t i = 0; i < this->input_->size(); ++i)
+      add(static_cast<pcl::index_t>(i));
+  else
+    for (const auto index : *this->indices_)
+      add(index);
+  return finite;
+}
+
+template <typename PointSource, typename PointTarget, typename Scalar>
+const Device& IterativeClosestPoint<PointSource, PointTarget, Scalar>::device()
+{
+  if (!device_)
+    device_ = Device::select();
+  return *device_;
+}
+
+template <typename PointSource, typename PointTarget, typename Scalar>
+bool IterativeClosestPoint<PointSource, PointTarget, Scalar>::usesDefaultSearch() const
+{
+  return this->correspondence_estimation_ == default_correspondence_estimation_ && this->tree_ == nearest_tree_ &&
+         nearest_tree_->index() &&
+         (!this->use_reciprocal_correspondence_ || this->tree_reciprocal_ == default_reciprocal_tree_);
+}
+
+template <typename PointSource, typename PointTarget, typename Scalar>
+void IterativeClosestPoint<PointSource, PointTarget, Scalar>::prepareMatching()
+{
+  matches_on_device_ = usesDefaultSearch();
+  if (search_ == CorrespondenceSearch::DeviceKdTree && !matches_on_device_)
+    throw InvalidArgument("setCorrespondenceSearch(DeviceKdTree) excludes a search method, a correspondence estimation "
+                          "or a point representation of the caller's");
+  const bool plain = matches_on_device_ && !this->use_reciprocal_correspondence_ && estimatesOnDevice() &&
+                     this->correspondence_rejectors_.empty() && pipeline_ == Pipeline::Fused;
+  increment_from_matching_ = plain;
+  lists_correspondences_ =
+      !plain || this->update_visualizer_ || !dynamic_cast<ConvergenceCriteria*>(this->convergence_criteria_.get());
+  matched_source_ = 0;
+  if (matches_on_device_)
+    prepareMatchingOnDevice();
+  else
+    prepareMatchingByCaller();
+  result_.target_dropped = this->target_->size() - result_.target_points;
+  tree_just_built_ = false;
+}
+
+template <typename PointSource, typename PointTarget, typename Scalar>
+void IterativeClosestPoint<PointSource, PointTarget, Scalar>::prepareMatchingOnDevice()
+{
+  const bool device_searches = search_ == CorrespondenceSearch::DeviceKdTree;
+  const auto make = [this] {
+    const Stopwatch watch(result_.host_times, "start");
+    return std::make_unique<Matcher>(device(), search_, detail::precisionFor<Scalar>(device()));
+  };
+  if (!matcher_ || matcher_search_ != search_) {
+    matcher_ = make();
+    backward_matcher_.reset();
+    matcher_search_ = search_;
+    matcher_target_ = 0;
   }
+  matcher_->setNumberOfThreads(result_.threads);
+  {
+    // pcl::Registration may have had the tree built before the total was taken.
+    const double built_before = nearest_tree_->takeBuildMilliseconds();
+    result_.host_times["tree"].milliseconds += built_before;
+    result_.host_times["total"].milliseconds += built_before;
+    const Stopwatch watch(result_.host_times, "tree");
+    if (!device_searches)
+      nearest_tree_->refresh();
+    const std::uint64_t target =
+        device_searches ? search::fingerprintOf(search::pointsOf(*this->target_)) : nearest_tree_->fingerprint();
+    if (matcher_target_ != target) {
+      matcher_target_ = 0;
+      if (device_searches)
+        matcher_->setTarget(search::pointsOf(*this->target_));
+      else
+        matcher_->setTarget(*nearest_tree_->index());
+      matcher_target_ = target;
+    }
+  }
+  nearest_tree_->takeBuildMilliseconds();
+  {
+    const Stopwatch watch(result_.host_times, "pack");
+    matcher_->setSource(takingPart());
+    matched_source_ = search::fingerprintOf(takingPart());
+  }
+  if (this->use_reciprocal_correspondence_) {
+    if (!backward_matcher_)
+      backward_matcher_ = make();
+    const Stopwatch watch(result_.host_times, "tree");
+    backward_matcher_->setNumberOfThreads(result_.threads);
+    if (device_searches)
+      backward_matcher_->setTarget(takingPart());
+    else {
+      source_index_.build(takingPart());
+      backward_matcher_->setTarget(source_index_);
+    }
+    backward_matcher_->setSource(search::pointsOf(*this->target_));
+  }
+  result_.device = matcher_->device();
+  result_.precision = matcher_->precision();
+  result_.target_points = matcher_->targetSize();
+}
+
+template <typename PointSource, typename PointTarget, typename Scalar>
+void IterativeClosestPoint<PointSource, PointTarget, Scalar>::prepareMatchingByCaller()
+{
+  if (this->tree_ == nearest_tree_)
+    nearest_tree_->refresh();
   else if (!tree_just_built_ && !this->force_no_recompute_)
     this->tree_->setInputCloud(this->target_);
-  tree_just_built_ = false;
-  const bool own_reciprocal =
-      !this->use_reciprocal_correspondence_ || this->tree_reciprocal_ == default_reciprocal_tree_;
-
-  matcher_.reset();
-  if (own_estimation && own_tree && nearest_tree_->index() && own_reciprocal) {
-    matcher_ = std::make_unique<search::Matcher>(search::pointsOf(*this->input_, finite_indices_.get()),
-                                                 search::pointsOf(*this->target_),
-                                                 *nearest_tree_->index(),
-                                                 detail::squaredLimit(this->corr_dist_threshold_),
-                                                 result_.threads);
-    if (this->use_reciprocal_correspondence_)
-      matcher_->requireReciprocal();
-    result_.target_points = nearest_tree_->index()->size();
-  }
-  else {
-    for (const auto& point : *this->target_)
-      result_.target_points += pcl::isXYZFinite(point) ? 1 : 0;
-    this->correspondence_estimation_->setInputTarget(this->target_);
-  }
-  result_.target_dropped = this->target_->size() - result_.target_points;
+  for (const auto& point : *this->target_)
+    result_.target_points += pcl::isXYZFinite(point) ? 1 : 0;
+  this->correspondence_estimation_->setInputTarget(this->target_);
 }
 
 template <typename PointSource, typename PointTarget, typename Scalar>
 void IterativeClosestPoint<PointSource, PointTarget, Scalar>::prepareEstimator()
 {
-  if (!estimatesOnDevice())
+  if (!estimatesOnDevice() || increment_from_matching_)
     return;
   const Stopwatch watch(result_.host_times, "start");
-  if (!device_)
-    device_ = Device::select();
   if (!estimator_) {
-    estimator_ = std::make_unique<RigidEstimator>(*device_, pipeline_, detail::precisionFor<Scalar>(*device_));
-    target_on_device_ = nullptr;
+    estimator_ = std::make_unique<RigidEstimator>(device(), pipeline_, detail::precisionFor<Scalar>(device()));
+    estimator_target_ = 0;
   }
   result_.device = estimator_->device();
   result_.precision = estimator_->precision();
   estimator_->setSource(search::pointsOf(*this->input_));
-  const bool unchanged = this->tree_ == nearest_tree_ && target_on_device_ == this->target_.get() &&
-                         target_revision_ == nearest_tree_->revision();
-  if (!unchanged) {
+  const std::uint64_t target = search::fingerprintOf(search::pointsOf(*this->target_));
+  if (estimator_target_ != target) {
     estimator_->setTarget(search::pointsOf(*this->target_));
-    target_on_device_ = this->target_.get();
-    target_revision_ = nearest_tree_->revision();
+    estimator_target_ = target;
   }
 }
 
@@ -118,6 +199,44 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::ConvergenceCriteri
   this->correspondences_prev_mse_ = this->correspondences_cur_mse_ = std::numeric_limits<double>::max();
   this->iterations_similar_transforms_ = 0;
   this->setConvergenceState(ConvergenceCriteria::CONVERGENCE_CRITERIA_NOT_CONVERGED);
+}
+
+template <typename PointSource, typename PointTarget, typename Scalar>
+bool IterativeClosestPoint<PointSource, PointTarget, Scalar>::ConvergenceCriteria::hasConverged()
+{
+  // The order of the tests is that of pcl::registration::DefaultConvergenceCriteria.
+  this->convergence_state_ = ConvergenceCriteria::CONVERGENCE_CRITERIA_NOT_CONVERGED;
+  if (this->iterations_ >= this->max_iterations_) {
+    this->convergence_state_ = this->failure_after_max_iter_
+                                   ? ConvergenceCriteria::CONVERGENCE_CRITERIA_FAILURE_AFTER_MAX_ITERATIONS
+                                   : ConvergenceCriteria::CONVERGENCE_CRITERIA_ITERATIONS;
+    if (!this->failure_after_max_iter_)
+      return true;
+  }
+  const auto& increment = this->transformation_;
+  const double rotation_cosine = 0.5 * (increment(0, 0) + increment(1, 1) + increment(2, 2) - 1);
+  const double translation_sq =
+      increment(0, 3) * increment(0, 3) + increment(1, 3) * increment(1, 3) + increment(2, 3) * increment(2, 3);
+  const double previous = this->correspondences_prev_mse_, change = std::abs(mean_squared_distance_ - previous);
+  this->correspondences_cur_mse_ = mean_squared_distance_;
+
+  auto reached = ConvergenceCriteria::CONVERGENCE_CRITERIA_NOT_CONVERGED;
+  if (rotation_cosine >= this->rotation_threshold_ && translation_sq <= this->translation_threshold_)
+    reached = ConvergenceCriteria::CONVERGENCE_CRITERIA_TRANSFORM;
+  else if (change < this->mse_threshold_absolute_)
+    reached = ConvergenceCriteria::CONVERGENCE_CRITERIA_ABS_MSE;
+  else if (change / previous < this->mse_threshold_relative_)
+    reached = ConvergenceCriteria::CONVERGENCE_CRITERIA_REL_MSE;
+  if (reached == ConvergenceCriteria::CONVERGENCE_CRITERIA_NOT_CONVERGED)
+    this->iterations_similar_transforms_ = 0;
+  else if (this->iterations_similar_transforms_ >= this->max_iterations_similar_transforms_) {
+    this->convergence_state_ = reached;
+    return true;
+  }
+  else
+    ++this->iterations_similar_transforms_;
+  this->correspondences_prev_mse_ = mean_squared_distance_;
+  return false;
 }
 
 template <typename PointSource, typename PointTarget, typename Scalar>
@@ -137,7 +256,8 @@ template <typename PointSource, typename PointTarget, typename Scalar>
 void IterativeClosestPoint<PointSource, PointTarget, Scalar>::prepareRejectors()
 {
   this->determineRequiredBlobData();
-  const bool somebody_looks = !matcher_ || !estimatesOnDevice() || this->need_source_blob_ || this->update_visualizer_;
+  const bool somebody_looks =
+      !matches_on_device_ || !estimatesOnDevice() || this->need_source_blob_ || this->update_visualizer_;
   moved_source_.reset(somebody_looks ? new PointCloudSource(*this->input_) : nullptr);
 
   pcl::PCLPointCloud2::Ptr target_blob(new pcl::PCLPointCloud2);

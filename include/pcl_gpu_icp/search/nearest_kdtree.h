@@ -1,6 +1,8 @@
 #pragma once
 
 #include <pcl_gpu_icp/search/nearest_index.h>
+#include <pcl_gpu_icp/search/pcl_tree_on_demand.h>
+#include <pcl_gpu_icp/search/points_of.h>
 #include <pcl_gpu_icp/stopwatch.h>
 
 #include <pcl/search/kdtree.h>
@@ -11,18 +13,6 @@
 #include <vector>
 
 namespace pcl_gpu_icp::search {
-
-/// A view of a PCL cloud's coordinates, or of those that an index names.
-template <typename PointT>
-Points pointsOf(const pcl::PointCloud<PointT>& cloud, const pcl::Indices* indices = nullptr)
-{
-  Points points;
-  points.data = cloud.empty() ? nullptr : &cloud[0].x;
-  points.stride = sizeof(PointT);
-  points.count = indices ? indices->size() : cloud.size();
-  points.index = indices ? indices->data() : nullptr;
-  return points;
-}
 
 /// pcl::search::KdTree that answers one-nearest queries from a NearestIndex. Everything else (k > 1, radius searches,
 /// a point representation or an epsilon set by the caller) is answered by PCL's own tree, built when first asked for.
@@ -59,8 +49,14 @@ public:
   /// The index that answers, or null when the caller's settings call for PCL's own tree.
   const NearestIndex* index() const { return usesDefaults() ? &index_ : nullptr; }
 
+  /// Whether setInputCloud() leaves the building to refresh() or to the first query.
+  void setDeferred(bool deferred) { deferred_ = deferred; }
+
   /// Builds anew if the coordinates of the cloud have changed in place since.
   void refresh();
+
+  /// Of the points that the index holds.
+  std::uint64_t fingerprint() const { return fingerprint_; }
 
   /// Grows with every build.
   unsigned long revision() const { return revision_; }
@@ -74,27 +70,22 @@ private:
     return Base::getPointRepresentation() == default_representation_ && Base::getEpsilon() == 0;
   }
 
-  /// PCL's own tree and what it was made with.
-  struct OnDemand {
-    std::once_flag once;
-    std::unique_ptr<Base> tree;
-    typename Base::PointRepresentationConstPtr representation;
-    float epsilon;
-  };
-  const Base& pclTree() const;
-  void forgetPclTree()
+  /// A query on a tree whose building was deferred builds it.
+  void buildIfDeferred() const
   {
-    on_demand_ = std::make_unique<OnDemand>();
-    on_demand_->representation = Base::getPointRepresentation();
-    on_demand_->epsilon = Base::getEpsilon();
+    if (due_)
+      std::call_once(*due_, [this] { const_cast<NearestKdTree*>(this)->build(); });
   }
+  void build();
 
   typename Base::PointRepresentationConstPtr default_representation_;
+  bool deferred_ = false;
+  std::unique_ptr<std::once_flag> due_; ///< set while a building is deferred
   NearestIndex index_;
   std::uint64_t fingerprint_ = 0;
   unsigned long revision_ = 0;
   StageTimes times_;
-  std::unique_ptr<OnDemand> on_demand_;
+  PclTreeOnDemand<PointT> pcl_tree_;
 };
 
 template <typename PointT>
@@ -103,13 +94,23 @@ NearestKdTree<PointT>::setInputCloud(const PointCloudConstPtr& cloud, const Indi
 {
   this->input_ = cloud;
   this->indices_ = indices;
-  forgetPclTree();
-  refresh();
+  pcl_tree_.forget();
+  if (deferred_)
+    due_ = std::make_unique<std::once_flag>();
+  else
+    refresh();
   return static_cast<SetInputCloudResult>(true);
 }
 
 template <typename PointT>
 void NearestKdTree<PointT>::refresh()
+{
+  due_.reset();
+  build();
+}
+
+template <typename PointT>
+void NearestKdTree<PointT>::build()
 {
   const Stopwatch watch(times_, "tree");
   const Points points = pointsOf(*this->input_, this->indices_ ? this->indices_.get() : nullptr);
@@ -121,22 +122,8 @@ void NearestKdTree<PointT>::refresh()
     ++revision_;
   }
   // A representation may look at more than the coordinates.
-  if (!unchanged || !usesDefaults() || on_demand_->representation != default_representation_ ||
-      on_demand_->epsilon != 0)
-    forgetPclTree();
-}
-
-template <typename PointT>
-const pcl::search::KdTree<PointT>& NearestKdTree<PointT>::pclTree() const
-{
-  OnDemand& on_demand = *on_demand_;
-  std::call_once(on_demand.once, [&] {
-    on_demand.tree = std::make_unique<Base>(this->sorted_results_);
-    on_demand.tree->setPointRepresentation(on_demand.representation);
-    on_demand.tree->setEpsilon(on_demand.epsilon);
-    on_demand.tree->setInputCloud(this->input_, this->indices_);
-  });
-  return *on_demand.tree;
+  if (!unchanged || !usesDefaults())
+    pcl_tree_.forget();
 }
 
 template <typename PointT>
@@ -146,7 +133,8 @@ int NearestKdTree<PointT>::nearestKSearch(const PointT& point,
                                           std::vector<float>& distances) const
 {
   if (k != 1 || !usesDefaults())
-    return pclTree().nearestKSearch(point, k, indices, distances);
+    return pcl_tree_.like(*this, this->sorted_results_)->nearestKSearch(point, k, indices, distances);
+  buildIfDeferred();
   const Neighbour neighbour = index_.nearest(&point.x);
   // Callers in PCL read entry 0 whatever is returned.
   indices.assign(1, neighbour.index);
@@ -158,7 +146,7 @@ template <typename PointT>
 int NearestKdTree<PointT>::radiusSearch(
     const PointT& point, double radius, pcl::Indices& indices, std::vector<float>& distances, unsigned int max_nn) const
 {
-  return pclTree().radiusSearch(point, radius, indices, distances, max_nn);
+  return pcl_tree_.like(*this, this->sorted_results_)->radiusSearch(point, radius, indices, distances, max_nn);
 }
 
 } // namespace pcl_gpu_icp::search

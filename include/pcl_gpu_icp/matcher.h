@@ -1,0 +1,79 @@
+#pragma once
+
+#include <pcl_gpu_icp/rigid_estimator.h>
+#include <pcl_gpu_icp/search/nearest_index.h>
+
+#include <memory>
+#include <vector>
+
+namespace pcl_gpu_icp {
+
+/// What one pass over the source found.
+struct Matches {
+  std::size_t searched = 0;         ///< source points whose match had to be searched for
+  double mean_squared_distance = 0; ///< over the matched points, before the increment
+  Estimate increment;               ///< takes the matched source points at the pose on to their target points
+};
+
+/// Finds for every source point the nearest target point within a limit, on each iteration at another pose, and
+/// estimates the increment from the pairs. Exact: a point is not searched for again only while a certificate shows that
+/// its match cannot have changed. Everything stays on the device, except the search itself where the target is given
+/// with an index on the host. One thread at a time.
+class PCL_GPU_ICP_API Matcher {
+public:
+  /// \param search whose kernels are built here, so that one that does not compile shows and no match waits for it
+  /// \param precision Double is used where the device has it; precision() tells what runs
+  Matcher(const Device& device, CorrespondenceSearch search, Precision precision);
+  ~Matcher();
+  Matcher(Matcher&&) noexcept;
+  Matcher& operator=(Matcher&&) noexcept;
+
+  const DeviceInfo& device() const;
+  Precision precision() const;
+
+  /// Host threads that build and search; 0, the default, means all cores.
+  void setNumberOfThreads(unsigned threads);
+
+  /// Builds a tree over the target that the device searches.
+  /// \throws DeviceError when it does not fit
+  void setTarget(const Points& target);
+
+  /// The points to search for are handed to `index` in one batch on each iteration. It must outlive its use here.
+  void setTarget(const search::NearestIndex& index);
+
+  /// Distinct finite target points.
+  std::size_t targetSize() const;
+
+  /// Forgets what is known of the source before.
+  void setSource(const Points& source);
+
+  /// Matches each finite source point at `pose` with the nearest target point that is at most so far.
+  Matches match(const RigidTransform& pose, float max_squared_distance);
+
+  /// Mean squared distance of the last matches with the source at another pose; 0 when there are none.
+  double meanSquaredDistance(const RigidTransform& pose);
+
+  /// The last matches, in the order of the source, with positions as Points::position() gives them. Distances are with
+  /// the source at `pose`.
+  std::vector<Correspondence> correspondences(const RigidTransform& pose) const;
+
+  /// The pivot that the source's coordinates are kept about on the device: where a rounded transform must be exact.
+  const std::array<double, 3>& sourcePivot() const;
+
+  /// Time per stage and transfer since the last call.
+  StageTimes takeTimes();
+
+private:
+  friend Matcher makeMatcher(const Device&, const opencl::Traits&, Precision);
+  struct Implementation;
+  explicit Matcher(std::unique_ptr<Implementation> implementation);
+  std::unique_ptr<Implementation> implementation_;
+};
+
+/// Mean squared distance between pose(source) and target points of the correspondences; 0 when there are none.
+PCL_GPU_ICP_API double meanSquaredDistance(const std::vector<Correspondence>& correspondences,
+                                           const Points& source,
+                                           const Points& target,
+                                           const RigidTransform& pose);
+
+} // namespace pcl_gpu_icp

@@ -1,0 +1,22 @@
+#pragma once
+
+#include <pcl_gpu_icp/points.h>
+
+#include <pcl/point_cloud.h>
+#include <pcl/types.h>
+
+namespace pcl_gpu_icp::search {
+
+/// A view of a PCL cloud's coordinates, or of those that an index names.
+template <typename PointT>
+Points pointsOf(const pcl::PointCloud<PointT>& cloud, const pcl::Indices* indices = nullptr)
+{
+  Points points;
+  points.data = cloud.empty() ? nullptr : &cloud[0].x;
+  points.stride = sizeof(PointT);
+  points.count = indices ? indices->size() : cloud.size();
+  points.index = indices ? indices->data() : nullptr;
+  return points;
+}
+
+} // namespace pcl_gpu_icp::search

@@ -1,0 +1,312 @@
+#include <pcl_gpu_icp/matcher.h>
+
+#include "matcher_internals.h"
+#include "motion.h"
+#include "search/box_tree.h"
+#include "solution.h"
+#include "stages/launch.h"
+#include "stages/match.h"
+
+#include <pcl_gpu_icp/error.h>
+#include <pcl_gpu_icp/parallel_for.h>
+
+#include <cmath>
+#include <limits>
+
+namespace pcl_gpu_icp {
+
+namespace {
+
+static_assert(search::Neighbourhood::most == KEPT_CANDIDATES, "what the host finds is what the device keeps");
+
+float nextUp(float x) { return std::nextafter(x, std::numeric_limits<float>::infinity()); }
+
+/// Half a unit in the last place of the largest coordinate of points about a pivot.
+float roundingOf(const std::vector<PlacedPoint>& points, const std::array<double, 3>& pivot)
+{
+  double largest = 0;
+  for (const PlacedPoint& point : points)
+    for (int axis = 0; axis < 3; ++axis)
+      largest = std::max(largest, std::abs(pivot[axis] + point.xyz[axis]));
+  return static_cast<float>(largest * std::numeric_limits<float>::epsilon() / 2);
+}
+
+double squaredDistance(const std::array<double, 3>& a, const float* b)
+{
+  double sum = 0;
+  for (int axis = 0; axis < 3; ++axis)
+    sum += (a[axis] - b[axis]) * (a[axis] - b[axis]);
+  return sum;
+}
+
+} // namespace
+
+struct Matcher::Implementation {
+  /// A cloud as the device has it.
+  struct Cloud {
+    std::vector<PlacedPoint> points; ///< in the device's order
+    std::array<double, 3> pivot{};
+    float rounding = 0;
+
+    void place(const Points& cloud, unsigned threads)
+    {
+      pivot = search::pivotOf(cloud);
+      points = search::finitePoints(cloud, pivot, threads);
+      rounding = roundingOf(points, pivot);
+    }
+  };
+
+  Implementation(const Device& device, const opencl::Traits& traits, Precision wanted_precision)
+  : precision(traits.fp64 ? wanted_precision : Precision::Float)
+  , queue(device, traits, stages::buildOptions(traits, precision))
+  {
+  }
+
+  bool isDouble() const { return precision == Precision::Double; }
+  std::size_t realBytes() const { return isDouble() ? sizeof(double) : sizeof(float); }
+
+  DevicePose onDevice(const RigidTransform& pose) const { return {pose, source.pivot, target.pivot}; }
+
+  /// Looking for more than the nearest pays while what is found lasts: several of the steps to come, which shrink. On
+  /// the device it pays only once steps are short, on the host, where a search costs ten times as much, from the start.
+  stages::SearchEffort effortFor(const RigidTransform& pose, float max_squared_distance)
+  {
+    stages::SearchEffort effort;
+    effort.limit_sq = nextUp(max_squared_distance);
+    const double step = motion.stepTo(pose);
+    if (index)
+      effort.slack = static_cast<float>(std::min(4 * step + 0.2 * spacing, 1.0 * spacing));
+    else if (step < 0.1 * spacing)
+      effort.slack = static_cast<float>(5 * step);
+    else
+      return effort;
+    effort.kept = KEPT_CANDIDATES;
+    return effort;
+  }
+
+  void searchIndex(const stages::SearchEffort& effort,
+                   const stages::Query* queries,
+                   std::size_t count,
+                   cl_int* positions,
+                   float* reaches) const
+  {
+    parallelFor(count, search::queries_at_a_time, effectiveThreads(threads), [&](std::size_t begin, std::size_t end) {
+      for (std::size_t j = begin; j < end; ++j) {
+        const auto neighbours = index->neighbourhood(queries[j].xyz, queries[j].radius_sq, effort.slack, effort.kept);
+        for (std::size_t k = 0; k < KEPT_CANDIDATES; ++k)
+          positions[j + k * count] = neighbours.rows[k];
+        reaches[j] = std::sqrt(std::min(neighbours.squared_distances[1], neighbours.bound_sq));
+        reaches[j + count] = std::sqrt(neighbours.bound_sq);
+      }
+    });
+  }
+
+  /// What the sums on the device amount to.
+  Matches solution()
+  {
+    queue.reserve(summary, isDouble() ? sizeof(MatchSummary<double>) : sizeof(MatchSummary<float>));
+    stage.solve(queue, source_rows, source.rounding * target.rounding, summary);
+    return isDouble() ? read<double>() : read<float>();
+  }
+
+  template <typename real>
+  Matches read()
+  {
+    Matches matches;
+    queue.download(summary, sizeof(MatchSummary<real>), [&](const void* memory) {
+      const auto& record = *static_cast<const MatchSummary<real>*>(memory);
+      matches.searched = record.searched;
+      matches.increment.pairs = record.matched;
+      if (record.matched == 0) {
+        matches.increment.degeneracy = Degeneracy::Empty;
+        return;
+      }
+      matches.mean_squared_distance = static_cast<double>(record.squared_distances) / record.matched;
+      copySolution(record.solution, matches.increment);
+    });
+    requireFinite(matches.increment, precision);
+    return matches;
+  }
+
+  Precision precision;
+  opencl::Queue queue;
+  unsigned threads = 0;
+
+  Cloud target;
+  stages::TargetPoints target_points;
+  const search::NearestIndex* index = nullptr; ///< null: the device searches
+  float spacing = 0;                           ///< between target points
+
+  Cloud source; ///< a point's position is its place in source_positions
+  stages::SourcePoints source_rows;
+  std::vector<std::int32_t> source_positions;
+  Motion motion;
+
+  stages::Match stage;
+  opencl::Buffer summary{"match summary"};
+};
+
+Matcher::Matcher(const Device& device, CorrespondenceSearch search, Precision precision)
+: Matcher(makeMatcher(device, opencl::Traits::of(device.info()), precision))
+{
+  const float points[] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
+  const Points cloud{points, 3, 3 * sizeof(float)};
+  search::NearestIndex index;
+  if (search == CorrespondenceSearch::PclKdTree) {
+    index.build(cloud);
+    setTarget(index);
+  }
+  else
+    setTarget(cloud);
+  setSource(cloud);
+  match({}, 1);
+  meanSquaredDistance({});
+  takeTimes();
+}
+Matcher::Matcher(std::unique_ptr<Implementation> implementation)
+: implementation_(std::move(implementation))
+{
+}
+Matcher::~Matcher() = default;
+Matcher::Matcher(Matcher&&) noexcept = default;
+Matcher& Matcher::operator=(Matcher&&) noexcept = default;
+
+Matcher makeMatcher(const Device& device, const opencl::Traits& traits, Precision precision)
+{
+  return Matcher(std::make_unique<Matcher::Implementation>(device, traits, precision));
+}
+
+const DeviceInfo& Matcher::device() const { return implementation_->queue.info(); }
+Precision Matcher::precision() const { return implementation_->precision; }
+void Matcher::setNumberOfThreads(unsigned threads) { implementation_->threads = threads; }
+std::size_t Matcher::targetSize() const { return implementation_->target.points.size(); }
+const std::array<double, 3>& Matcher::sourcePivot() const { return implementation_->source.pivot; }
+
+void Matcher::setTarget(const Points& target)
+{
+  Implementation& self = *implementation_;
+  const unsigned threads = effectiveThreads(self.threads);
+  self.index = nullptr;
+  self.target.place(target, threads);
+  search::dropCoincident(self.target.points);
+  search::sortIntoLeaves(self.target.points, threads);
+  self.spacing = search::spacingOf(self.target.points);
+  stages::packTree(self.queue, search::BoxTree(self.target.points, threads), self.target_points);
+  self.stage.restart(self.queue, self.source_rows);
+}
+
+void Matcher::setTarget(const search::NearestIndex& index)
+{
+  Implementation& self = *implementation_;
+  self.index = &index;
+  self.target.points = index.points();
+  self.target.pivot = index.pivot();
+  self.target.rounding = roundingOf(index.points(), index.pivot());
+  self.spacing = index.spacing();
+  stages::packLeaves(self.queue, index.points(), self.target_points);
+  self.stage.restart(self.queue, self.source_rows);
+}
+
+void Matcher::setSource(const Points& source)
+{
+  Implementation& self = *implementation_;
+  const unsigned threads = effectiveThreads(self.threads);
+  self.source.place(source, threads);
+  auto& points = self.source.points;
+  self.source_positions.resize(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i)
+    self.source_positions[i] = std::exchange(points[i].position, static_cast<std::int32_t>(i));
+  search::sortIntoLeaves(points, threads);
+  stages::packSource(self.queue, points, self.source_rows);
+  self.motion.restart(points);
+  self.stage.restart(self.queue, self.source_rows);
+}
+
+Matches Matcher::match(const RigidTransform& pose, float max_squared_distance)
+{
+  Implementation& self = *implementation_;
+  const DevicePose device_pose = self.onDevice(pose);
+  const RigidTransform& pivoted = device_pose.pivoted();
+  Matches matches;
+  if (self.source_rows.count > 0) {
+    const stages::SearchEffort effort = self.effortFor(pivoted, max_squared_distance);
+    if (!self.index) {
+      self.stage.searchOnDevice(self.queue, self.source_rows, self.target_points, pivoted, effort, self.realBytes());
+      matches = self.solution();
+    }
+    else {
+      const auto search = [&](const stages::Query* queries, std::size_t count, cl_int* positions, float* reaches) {
+        self.searchIndex(effort, queries, count, positions, reaches);
+      };
+      const std::size_t searched =
+          self.stage.searchOnHost(self.queue, self.source_rows, self.target_points, pivoted, effort, search);
+      self.stage.sum(self.queue, self.source_rows, self.target_points, pivoted, self.realBytes());
+      matches = self.solution();
+      matches.searched = searched;
+    }
+  }
+  else
+    matches.increment.degeneracy = Degeneracy::Empty;
+  device_pose.completeIncrement(matches.increment);
+  return matches;
+}
+
+double Matcher::meanSquaredDistance(const RigidTransform& pose)
+{
+  Implementation& self = *implementation_;
+  if (self.source_rows.count == 0)
+    return 0;
+  self.stage.sum(self.queue, self.source_rows, self.target_points, self.onDevice(pose).pivoted(), self.realBytes());
+  return self.solution().mean_squared_distance;
+}
+
+std::vector<Correspondence> Matcher::correspondences(const RigidTransform& pose) const
+{
+  Implementation& self = *implementation_;
+  const auto& source = self.source.points;
+  const auto& target = self.target.points;
+  const RigidTransform pivoted = recentred(pose, self.source.pivot, self.target.pivot);
+  std::vector<Correspondence> by_place(source.size());
+  self.queue.download(self.stage.matches(), source.size() * sizeof(cl_int), [&](const void* memory) {
+    const auto* matches = static_cast<const cl_int*>(memory);
+    for (std::size_t i = 0; i < source.size(); ++i) {
+      const std::int32_t place = source[i].position;
+      Correspondence& c = by_place[place];
+      c = {self.source_positions[place], -1, 0};
+      if (matches[i] < 0)
+        continue;
+      c.target = target[matches[i]].position;
+      const float* p = source[i].xyz;
+      c.squared_distance = static_cast<float>(squaredDistance(pivoted(p[0], p[1], p[2]), target[matches[i]].xyz));
+    }
+  });
+  by_place.erase(std::remove_if(by_place.begin(), by_place.end(), [](const Correspondence& c) { return c.target < 0; }),
+                 by_place.end());
+  return by_place;
+}
+
+StageTimes Matcher::takeTimes()
+{
+  StageTimes times;
+  for (const auto& [what, entry] : implementation_->queue.takeProfile().entries)
+    times[what] = {entry.milliseconds, entry.count};
+  return times;
+}
+
+double meanSquaredDistance(const std::vector<Correspondence>& correspondences,
+                           const Points& source,
+                           const Points& target,
+                           const RigidTransform& pose)
+{
+  const auto at = [](const Points& cloud, std::int32_t position) {
+    return reinterpret_cast<const float*>(static_cast<const char*>(cloud.data) + position * cloud.stride);
+  };
+  double sum = 0;
+  for (const Correspondence& c : correspondences) {
+    const float* p = at(source, c.source);
+    sum += squaredDistance(pose(p[0], p[1], p[2]), at(target, c.target));
+  }
+  return correspondences.empty() ? 0 : sum / static_cast<double>(correspondences.size());
+}
+
+} // namespace pcl_gpu_icp

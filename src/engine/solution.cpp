@@ -1,0 +1,93 @@
+#include "solution.h"
+
+#include <pcl_gpu_icp/error.h>
+
+#include <cmath>
+
+namespace pcl_gpu_icp {
+
+namespace {
+
+/// One step of Newton's iteration for the nearest rotation (Higham 1986): from float32's orthonormality to double's.
+std::array<double, 9> orthonormal(const std::array<double, 9>& r)
+{
+  std::array<double, 9> result{};
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) {
+      double correction = 0;
+      for (int k = 0; k < 3; ++k)
+        for (int l = 0; l < 3; ++l)
+          correction += r[3 * i + k] * r[3 * l + k] * r[3 * l + j];
+      result[3 * i + j] = 1.5 * r[3 * i + j] - 0.5 * correction;
+    }
+  return result;
+}
+
+template <std::size_t n>
+bool allFinite(const std::array<double, n>& values)
+{
+  return std::all_of(values.begin(), values.end(), [](double value) { return std::isfinite(value); });
+}
+
+RigidTransform inFloat(const RigidTransform& transform)
+{
+  RigidTransform result = transform;
+  for (double& entry : result.rotation)
+    entry = rounded<float>(entry);
+  for (double& entry : result.translation)
+    entry = rounded<float>(entry);
+  return result;
+}
+
+std::array<double, 3> negated(const std::array<double, 3>& x) { return {-x[0], -x[1], -x[2]}; }
+
+} // namespace
+
+Degeneracy degeneracyOf(int rank)
+{
+  return rank >= 2 ? Degeneracy::None : rank == 1 ? Degeneracy::Line : Degeneracy::Point;
+}
+
+void requireFinite(const Estimate& estimate, Precision precision)
+{
+  if (!allFinite(estimate.stages.H) || !allFinite(estimate.stages.R) || !allFinite(estimate.stages.t))
+    throw InvalidArgument("the pairs' coordinates are too large to be multiplied in " +
+                          std::string(toString(precision)) + ", or a correspondence names a point that is not finite");
+}
+
+RigidTransform absoluteTransform(const StageValues& values)
+{
+  RigidTransform transform;
+  transform.rotation = orthonormal(values.R);
+  std::array<double, 3> p{}, q{};
+  for (int i = 0; i < 3; ++i) {
+    p[i] = values.source_centroid[i] + values.source_pivot[i];
+    q[i] = values.target_centroid[i] + values.target_pivot[i];
+  }
+  const auto rotated = transform(p[0], p[1], p[2]);
+  for (int i = 0; i < 3; ++i)
+    transform.translation[i] = q[i] - rotated[i];
+  return transform;
+}
+
+DevicePose::DevicePose(const RigidTransform& pose,
+                       const std::array<double, 3>& source_pivot,
+                       const std::array<double, 3>& target_pivot)
+: pose_(pose)
+, pivoted_(inFloat(recentred(pose, source_pivot, target_pivot)))
+, source_pivot_(source_pivot)
+, target_pivot_(target_pivot)
+{
+}
+
+void DevicePose::completeIncrement(Estimate& estimate) const
+{
+  estimate.stages.source_pivot = estimate.stages.target_pivot = target_pivot_;
+  if (estimate.pairs == 0)
+    return;
+  // The device moved the source by the pose as float holds it; the increment is to the pose itself.
+  const RigidTransform moved_by = recentred(pivoted_, negated(source_pivot_), negated(target_pivot_));
+  estimate.transform = compose(absoluteTransform(estimate.stages), compose(moved_by, inverse(pose_)));
+}
+
+} // namespace pcl_gpu_icp
