@@ -1,144 +1,109 @@
-// align() end to end: stock PCL and this library in turn on the same clouds, iteration limit and thread count given,
-// trees built and clouds copied in every run. Prints medians and writes JSON.
-//   align_benchmark SOURCE.pcd TARGET.pcd [iterations=30] [runs=5] [leaf=0] [drop_zero_returns=0] [json=FILE]
+// One method of this library's or of PCL's on one pair of clouds, in a process of its own; bench/compare.py runs it.
+//   align_benchmark stock|pcl|device SOURCE TARGET ITERATIONS [converge]
+//   align_benchmark points SCAN.pcd POINTS     writes the finite points of a scan
+// Clouds are raw float32 triples. Prints a line of JSON: milliseconds from clouds to transform (trees included, nothing
+// known from before), iterations, transform, the process's peak memory, and what the device took to start.
 #include <pcl_gpu_icp/icp.h>
 
-#include <pcl/filters/filter.h>
-#include <pcl/filters/voxel_grid.h>
 #include <pcl/io/pcd_io.h>
 
 #include <nlohmann/json.hpp>
 
-#include <algorithm>
 #include <chrono>
 #include <fstream>
 #include <iostream>
-#include <map>
+#include <sys/resource.h>
 
 namespace {
 
 using Point = pcl::PointXYZ;
 using Cloud = pcl::PointCloud<Point>;
+using Stock = pcl::IterativeClosestPoint<Point, Point>;
+using Ours = pcl_gpu_icp::IterativeClosestPoint<Point, Point>;
 
-struct Options {
-  std::string source, target;
-  std::map<std::string, std::string> values{
-      {"iterations", "30"}, {"runs", "5"}, {"leaf", "0"}, {"drop_zero_returns", "0"}, {"json", ""}};
-  double number(const std::string& name) const { return std::stod(values.at(name)); }
-};
-
-Options parse(int count, char** arguments)
+Cloud::Ptr load(const char* path)
 {
-  Options options;
-  if (count < 3)
-    throw std::invalid_argument("SOURCE.pcd and TARGET.pcd are needed");
-  options.source = arguments[1];
-  options.target = arguments[2];
-  for (int i = 3; i < count; ++i) {
-    const std::string argument = arguments[i];
-    const auto equals = argument.find('=');
-    if (equals == std::string::npos || !options.values.count(argument.substr(0, equals)))
-      throw std::invalid_argument("unknown option " + argument);
-    options.values[argument.substr(0, equals)] = argument.substr(equals + 1);
-  }
-  return options;
+  std::ifstream file(path, std::ios::binary);
+  Cloud::Ptr cloud(new Cloud);
+  for (float xyz[3]; file.read(reinterpret_cast<char*>(xyz), sizeof(xyz));)
+    cloud->push_back(Point(xyz[0], xyz[1], xyz[2]));
+  if (cloud->empty())
+    throw std::runtime_error(std::string("cannot read points from ") + path);
+  return cloud;
 }
 
-/// Finite points only: stock PCL does not accept others.
-Cloud::Ptr load(const std::string& file, const Options& options)
+void writePoints(const char* scan, const char* path)
 {
-  Cloud::Ptr raw(new Cloud), cloud(new Cloud);
-  if (pcl::io::loadPCDFile(file, *raw) != 0)
-    throw std::runtime_error("cannot read " + file);
-  for (const Point& point : *raw)
-    if (pcl::isXYZFinite(point) &&
-        (options.number("drop_zero_returns") == 0 || point.x != 0 || point.y != 0 || point.z != 0))
-      cloud->push_back(point);
-  const float leaf = float(options.number("leaf"));
-  if (leaf <= 0)
-    return cloud;
-  Cloud::Ptr reduced(new Cloud);
-  pcl::VoxelGrid<Point> grid;
-  grid.setLeafSize(leaf, leaf, leaf);
-  grid.setInputCloud(cloud);
-  grid.filter(*reduced);
-  return reduced;
+  Cloud cloud;
+  if (pcl::io::loadPCDFile(scan, cloud) != 0)
+    throw std::runtime_error(std::string("cannot read ") + scan);
+  std::ofstream file(path, std::ios::binary);
+  for (const Point& point : cloud)
+    if (pcl::isXYZFinite(point))
+      file.write(reinterpret_cast<const char*>(point.data), 3 * sizeof(float));
+  if (!file.flush())
+    throw std::runtime_error(std::string("cannot write ") + path);
 }
 
 template <typename Icp>
-double millisecondsOf(Icp& icp, const Cloud::Ptr& source, const Cloud::Ptr& target, int iterations)
+double millisecondsOf(Icp& icp, const Cloud::Ptr& source, const Cloud::Ptr& target)
 {
-  // Copies, so that nothing is known from the run before.
-  const Cloud::Ptr fresh_source(new Cloud(*source)), fresh_target(new Cloud(*target));
   Cloud output;
   const auto start = std::chrono::steady_clock::now();
-  icp.setInputSource(fresh_source);
-  icp.setInputTarget(fresh_target);
-  icp.setMaximumIterations(iterations);
+  icp.setInputSource(source);
+  icp.setInputTarget(target);
   icp.align(output);
   return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
 }
 
-double median(std::vector<double> values)
-{
-  std::nth_element(values.begin(), values.begin() + long(values.size() / 2), values.end());
-  return values[values.size() / 2];
-}
-
 template <typename Icp>
-nlohmann::json describe(Icp& icp, const std::vector<double>& times)
+nlohmann::json measure(Icp& icp, char** arguments, bool converge, int warm_ups)
 {
-  nlohmann::json rows = nlohmann::json::array();
-  for (int i = 0; i < 4; ++i) {
-    rows.push_back(nlohmann::json::array());
-    for (int j = 0; j < 4; ++j)
-      rows.back().push_back(icp.getFinalTransformation()(i, j));
+  const auto source = load(arguments[2]), target = load(arguments[3]);
+  icp.setMaximumIterations(std::stoi(arguments[4]));
+  if (converge) {
+    // The criteria of small_gicp: an increment of less than 1 mm and 0.1 degrees.
+    icp.setTransformationEpsilon(1e-6);
+    icp.setTransformationRotationEpsilon(std::cos(0.1 * M_PI / 180));
   }
-  return {{"median_ms", median(times)}, {"runs_ms", times}, {"fitness", icp.getFitnessScore()}, {"transform", rows}};
+  const Cloud::Ptr few(new Cloud(10, 1, Point(1, 2, 3)));
+  for (int i = 0; i < warm_ups; ++i)
+    millisecondsOf(icp, source, target);
+  millisecondsOf(icp, few, few);
+  nlohmann::json result{{"ms", millisecondsOf(icp, source, target)}};
+  for (int i = 0; i < 4; ++i)
+    for (int j = 0; j < 4; ++j)
+      result["transform"][i][j] = icp.getFinalTransformation()(i, j);
+  struct rusage usage;
+  getrusage(RUSAGE_SELF, &usage);
+  result["peak_mib"] = double(usage.ru_maxrss) / 1024;
+  return result;
 }
 
-void run(const Options& options)
+nlohmann::json run(int count, char** arguments)
 {
-  const auto source = load(options.source, options), target = load(options.target, options);
-  const int iterations = int(options.number("iterations")), runs = int(options.number("runs"));
-
-  // A new process's first alignment: the device and its kernels.
-  pcl_gpu_icp::IterativeClosestPoint<Point, Point> starting;
-  const Cloud::Ptr few(new Cloud(10, 1, Point(1, 2, 3)));
-  millisecondsOf(starting, few, few, 1);
-  const double start_ms = starting.getResult().host_times.at("start").milliseconds;
-
-  std::vector<double> stock_ms, ours_ms, ratios;
-  nlohmann::json report;
-  // Both aligners live on, as they do in a pipeline; the target is a new one each time.
-  pcl::IterativeClosestPoint<Point, Point> stock;
-  pcl_gpu_icp::IterativeClosestPoint<Point, Point> ours;
-  millisecondsOf(ours, few, few, 1);
-  for (int i = 0; i < runs; ++i) {
-    stock_ms.push_back(millisecondsOf(stock, source, target, iterations));
-    ours_ms.push_back(millisecondsOf(ours, source, target, iterations));
-    ratios.push_back(stock_ms.back() / ours_ms.back());
-    // Else the next run finds the tree of the same coordinates.
-    millisecondsOf(ours, few, few, 1);
+  if (count < 5)
+    throw std::invalid_argument("align_benchmark stock|pcl|device SOURCE TARGET ITERATIONS [converge]");
+  const std::string method = arguments[1];
+  const bool converge = count > 5 && arguments[5] == std::string("converge");
+  if (method == "stock") {
+    Stock icp;
+    return measure(icp, arguments, converge, 0);
   }
-  report["source"] = options.source;
-  report["target"] = options.target;
-  report["source_points"] = source->size();
-  report["target_points"] = target->size();
-  report["iterations"] = iterations;
-  report["device"] = ours.getResult().device.name;
-  report["threads"] = ours.getNumberOfThreads();
-  report["start_ms"] = start_ms;
-  millisecondsOf(ours, source, target, iterations);
-  report["stock"] = describe(stock, stock_ms);
-  report["ours"] = describe(ours, ours_ms);
-  report["ratio_of_medians"] = median(stock_ms) / median(ours_ms);
-  report["median_of_ratios"] = median(ratios);
-  std::cout << options.source << ": " << source->size() << " onto " << target->size() << " points, " << iterations
-            << " iterations: stock " << median(stock_ms) << " ms, ours " << median(ours_ms) << " ms, "
-            << report["ratio_of_medians"] << "x (device start-up " << start_ms << " ms, once per process)\n";
-  if (!options.values.at("json").empty())
-    std::ofstream(options.values.at("json")) << report.dump(2) << "\n";
+  if (method != "pcl" && method != "device")
+    throw std::invalid_argument("unknown method " + method);
+  Ours icp;
+  icp.setCorrespondenceSearch(method == "device" ? pcl_gpu_icp::CorrespondenceSearch::DeviceKdTree
+                                                 : pcl_gpu_icp::CorrespondenceSearch::PclKdTree);
+  nlohmann::json result = measure(icp, arguments, converge, 1);
+  const auto& last = icp.getResult();
+  result["iterations"] = last.iterations;
+  result["searched"] = last.searched;
+  for (const auto& [what, time] : last.host_times)
+    result["host_ms"][what] = time.milliseconds;
+  result["device"] = last.device.name;
+  result["driver"] = last.device.driver;
+  return result;
 }
 
 } // namespace
@@ -146,7 +111,10 @@ void run(const Options& options)
 int main(int count, char** arguments)
 {
   try {
-    run(parse(count, arguments));
+    if (count == 4 && arguments[1] == std::string("points"))
+      writePoints(arguments[2], arguments[3]);
+    else
+      std::cout << run(count, arguments).dump() << std::endl;
     return 0;
   } catch (const std::exception& error) {
     std::cerr << "align_benchmark: " << error.what() << "\n";
