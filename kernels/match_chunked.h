@@ -1,4 +1,5 @@
-// Matching for CPUs: sixteen source points at a time, a work-item per block of them. Included by match.cl, which says how.
+// Matching for CPUs: sixteen source points at a time, a work-item per block of them. Included by match.cl, which says
+// how.
 #ifndef PCL_GPU_ICP_MATCH_CHUNKED_H
 #define PCL_GPU_ICP_MATCH_CHUNKED_H
 

@@ -1,4 +1,5 @@
-// Matching for GPUs: a source point per work-item, a work-group per block of them. Included by match.cl, which says how.
+// Matching for GPUs: a source point per work-item, a work-group per block of them. Included by match.cl, which says
+// how.
 #ifndef PCL_GPU_ICP_MATCH_GROUPED_H
 #define PCL_GPU_ICP_MATCH_GROUPED_H
 

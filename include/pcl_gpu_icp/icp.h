@@ -57,6 +57,12 @@ public:
   void setCorrespondenceSearch(CorrespondenceSearch search) { search_ = search; }
   CorrespondenceSearch getCorrespondenceSearch() const { return search_; }
 
+  /// Anderson acceleration (Walker and Ni 2011; Zhang, Yao and Deng 2021): each iteration starts from an extrapolation
+  /// of the last ones, which is taken back where the error rises. Off by default: the path is not PCL's, and fewer
+  /// iterations lead to the same fixed point, where there is more than one perhaps to another of them.
+  void setAndersonAcceleration(bool accelerated) { accelerated_ = accelerated; }
+  bool getAndersonAcceleration() const { return accelerated_; }
+
   /// Host threads that query the search method; 0, the default, means all cores. A search method set by the caller
   /// must then allow concurrent const queries, as those of PCL do.
   void setNumberOfThreads(unsigned int threads) { threads_ = threads; }
@@ -110,6 +116,7 @@ private:
 
   // The steps of the loop.
   bool match(const RigidTransform& pose) override;
+  double error() const override;
   RigidTransform estimateIncrement(const RigidTransform& pose) override;
   bool finished(const RigidTransform& increment, const RigidTransform& pose) override;
 
@@ -126,6 +133,7 @@ private:
   void queryCallersSearch();
   void queryCallersCorrespondenceEstimation();
   void rejectCorrespondences();
+  Matrix4 matrixOf(const RigidTransform& pose) const;
   void report(const RigidTransform& pose);
   void listCorrespondences(const std::vector<Correspondence>& correspondences);
   bool matcherHoldsTheClouds() const;
@@ -139,6 +147,7 @@ private:
   std::optional<Device> device_;
   Pipeline pipeline_ = Pipeline::Fused;
   CorrespondenceSearch search_ = CorrespondenceSearch::PclKdTree;
+  bool accelerated_ = false;
   unsigned int threads_ = 0;
   std::function<void(int, double, std::size_t)> iteration_callback_;
 
@@ -166,6 +175,7 @@ private:
   std::uint64_t matched_source_ = 0;            ///< and their fingerprint while matcher_ holds them
   typename PointCloudSource::Ptr moved_source_; ///< the source at the current pose; null when nobody looks at it
   RigidTransform matched_pose_;                 ///< where the source was matched last
+  std::size_t searched_ = 0;                    ///< source points searched for in this iteration
   std::size_t matched_ = 0;                     ///< correspondences of this iteration,
   double mean_squared_distance_ = 0;            ///< of these,
   Estimate increment_;                          ///< from these, when increment_from_matching_,

@@ -1,7 +1,11 @@
 #pragma once
 
 #include <pcl_gpu_icp/export.h>
+#include <pcl_gpu_icp/points.h>
 #include <pcl_gpu_icp/rigid_transform.h>
+
+#include <array>
+#include <optional>
 
 namespace pcl_gpu_icp {
 
@@ -13,6 +17,9 @@ public:
   /// Finds the correspondences of the source at `pose`. False: too few to go on.
   virtual bool match(const RigidTransform& pose) = 0;
 
+  /// What ICP makes smaller with each iteration, at the pose matched last.
+  virtual double error() const = 0;
+
   /// The rigid transform that takes the matched source points at `pose` onto their targets.
   virtual RigidTransform estimateIncrement(const RigidTransform& pose) = 0;
 
@@ -20,8 +27,21 @@ public:
   virtual bool finished(const RigidTransform& increment, const RigidTransform& pose) = 0;
 };
 
+/// Makes a rotation comparable with a translation: by how far it moves a point `length` from `centre`.
+struct Lever {
+  std::array<double, 3> centre{};
+  double length = 0;
+};
+
+/// The centroid of the points, which are finite, and their root mean square distance from it.
+PCL_GPU_ICP_API Lever leverOf(const Points& points);
+
 /// Iterative closest point (Besl and McKay 1992): match, estimate, move, until finished.
+/// \param acceleration of the source: each pose is then an extrapolation of the last steps (Anderson acceleration),
+/// which is taken back where the error rises
 /// \return the accumulated transform
-PCL_GPU_ICP_API RigidTransform iterate(IcpSteps& steps, const RigidTransform& guess);
+PCL_GPU_ICP_API RigidTransform iterate(IcpSteps& steps,
+                                       const RigidTransform& guess,
+                                       const std::optional<Lever>& acceleration = std::nullopt);
 
 } // namespace pcl_gpu_icp

@@ -80,6 +80,7 @@ void runIcp(Icp& icp, const CloudPair& pair, const AlignOptions& options)
   applySettings(icp, options);
   icp.setCorrespondenceSearch(options.search);
   icp.setPipeline(options.pipeline);
+  icp.setAndersonAcceleration(options.anderson);
   icp.setNumberOfThreads(options.threads);
   icp.setInputSource(pair.source.points);
   icp.setInputTarget(pair.target.points);

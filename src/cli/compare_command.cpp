@@ -68,6 +68,7 @@ ExitCode compare(const CompareOptions& options)
   plugin.setDevice(Device::select(options.device));
   plugin.setCorrespondenceSearch(options.search);
   plugin.setPipeline(options.pipeline);
+  plugin.setAndersonAcceleration(options.anderson);
   plugin.setNumberOfThreads(options.threads);
   StockIcp stock;
 

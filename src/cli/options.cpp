@@ -105,6 +105,9 @@ void addAlignmentOptions(CLI::App& command, AlignmentOptions& options)
   command.add_flag("--drop-zero-returns",
                    options.drop_zero_returns,
                    "leave out points at exactly (0, 0, 0), which some sensors write where they saw nothing");
+  command.add_flag("--anderson",
+                   options.anderson,
+                   "extrapolate from the last iterations (Anderson acceleration): fewer iterations, on another path");
   addChoice(command,
             "--search",
             options.search,

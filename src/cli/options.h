@@ -20,6 +20,7 @@ struct AlignmentOptions {
   std::optional<double> rotation_epsilon;    ///< degrees
   std::optional<double> fitness_epsilon;
   std::optional<double> leaf;
+  bool anderson = false;
   bool reciprocal = false;
   std::optional<double> trim;
   bool drop_zero_returns = false;

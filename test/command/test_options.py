@@ -95,6 +95,15 @@ class Options(CommandTest):
         cloud = self.write("apart.pcd", pcd(apart))
         self.assertLess(self.align(cloud, cloud, "--leaf", "0.6")["points"]["source"], len(POINTS))
 
+    def test_anderson(self):
+        ends = ["--translation-epsilon", "1e-6", "--rotation-epsilon", "1e-5", "--iterations", "1000"]
+        plain = self.align(self.half_source, self.half_target, *ends)
+        accelerated = self.align(self.half_source, self.half_target, *ends, "--anderson")
+        self.assertEqual(accelerated["reason"], "transform")
+        self.assertLess(accelerated["iterations"], plain["iterations"])
+        self.assertLess(accelerated["rmse"], 1.01 * plain["rmse"])
+        self.assertIn("pcl_gpu_icp", self.succeed("compare", self.source, self.target, "--anderson"))
+
     def test_reciprocal(self):
         plain = self.align(self.half_source, self.half_target, "--iterations", "1")
         mutual = self.align(self.half_source, self.half_target, "--iterations", "1", "--reciprocal")

@@ -13,6 +13,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <utility>
 
 namespace pcl_gpu_icp {
 
@@ -147,7 +148,8 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::computeTransformat
   try {
     const Stopwatch total(result_.host_times, "total");
     prepare(guess);
-    report(iterate(*this, detail::toRigidTransform<Scalar>(guess)));
+    const auto acceleration = accelerated_ ? std::optional(leverOf(takingPart())) : std::nullopt;
+    report(iterate(*this, detail::toRigidTransform<Scalar>(guess), acceleration));
   } catch (const std::exception& error) {
     PCL_ERROR("[pcl_gpu_icp::%s::computeTransformation] %s\n", this->getClassName().c_str(), error.what());
     this->converged_ = false;
@@ -175,7 +177,7 @@ bool IterativeClosestPoint<PointSource, PointTarget, Scalar>::match(const RigidT
   {
     const Stopwatch watch(result_.host_times, "search");
     if (moved_source_)
-      this->transformCloud(*this->input_, *moved_source_, this->final_transformation_);
+      this->transformCloud(*this->input_, *moved_source_, matrixOf(pose));
     if (matches_on_device_)
       matchOnDevice(pose);
     else if (this->correspondence_estimation_ == default_correspondence_estimation_ &&
@@ -185,7 +187,7 @@ bool IterativeClosestPoint<PointSource, PointTarget, Scalar>::match(const RigidT
       queryCallersCorrespondenceEstimation();
   }
   if (!matches_on_device_)
-    result_.searched.push_back(finite_indices_->size());
+    searched_ += finite_indices_->size();
   if (lists_correspondences_) {
     rejectCorrespondences();
     matched_ = matches_.size();
@@ -196,21 +198,25 @@ bool IterativeClosestPoint<PointSource, PointTarget, Scalar>::match(const RigidT
   if (this->nr_iterations_ == 0)
     result_.rmse_before = std::sqrt(mean_squared_distance_);
 
-  if (matched_ >= static_cast<std::size_t>(this->min_number_correspondences_))
-    return true;
-  PCL_ERROR("[pcl_gpu_icp::%s::computeTransformation] Not enough correspondences found. Relax your threshold "
-            "parameters.\n",
-            this->getClassName().c_str());
-  this->convergence_criteria_->setConvergenceState(ConvergenceCriteria::CONVERGENCE_CRITERIA_NO_CORRESPONDENCES);
-  this->converged_ = false;
-  return false;
+  return matched_ >= static_cast<std::size_t>(this->min_number_correspondences_);
+}
+
+template <typename PointSource, typename PointTarget, typename Scalar>
+double IterativeClosestPoint<PointSource, PointTarget, Scalar>::error() const
+{
+  if (this->use_reciprocal_correspondence_ || !this->correspondence_rejectors_.empty())
+    return mean_squared_distance_;
+  // A point without a match counts as one at the limit, so that losing matches does not look like progress.
+  const auto unmatched = static_cast<double>(finite_indices_->size() - matched_);
+  const double limit_sq = this->corr_dist_threshold_ * this->corr_dist_threshold_;
+  return mean_squared_distance_ * static_cast<double>(matched_) + (unmatched > 0 ? unmatched * limit_sq : 0);
 }
 
 template <typename PointSource, typename PointTarget, typename Scalar>
 void IterativeClosestPoint<PointSource, PointTarget, Scalar>::matchOnDevice(const RigidTransform& pose)
 {
   const Matches found = matcher_->match(pose, detail::squaredLimit(this->corr_dist_threshold_));
-  result_.searched.push_back(found.searched);
+  searched_ += found.searched;
   increment_ = found.increment;
   matched_ = increment_.pairs;
   mean_squared_distance_ = found.mean_squared_distance;
@@ -330,11 +336,9 @@ template <typename PointSource, typename PointTarget, typename Scalar>
 bool IterativeClosestPoint<PointSource, PointTarget, Scalar>::finished(const RigidTransform& /*increment*/,
                                                                        const RigidTransform& pose)
 {
-  const auto anchor = increment_from_matching_ ? matcher_->sourcePivot()
-                      : estimatesOnDevice()    ? estimator_->sourcePivot()
-                                               : std::array<double, 3>{};
-  this->final_transformation_ = detail::toMatrix<Scalar>(rounded<Scalar>(pose, anchor));
+  this->final_transformation_ = matrixOf(pose);
   ++this->nr_iterations_;
+  result_.searched.push_back(std::exchange(searched_, 0));
 
   if (iteration_callback_)
     iteration_callback_(this->nr_iterations_, std::sqrt(mean_squared_distance_), result_.searched.back());
@@ -353,8 +357,25 @@ bool IterativeClosestPoint<PointSource, PointTarget, Scalar>::finished(const Rig
 }
 
 template <typename PointSource, typename PointTarget, typename Scalar>
+typename IterativeClosestPoint<PointSource, PointTarget, Scalar>::Matrix4
+IterativeClosestPoint<PointSource, PointTarget, Scalar>::matrixOf(const RigidTransform& pose) const
+{
+  const auto anchor = increment_from_matching_ ? matcher_->sourcePivot()
+                      : estimatesOnDevice()    ? estimator_->sourcePivot()
+                                               : std::array<double, 3>{};
+  return detail::toMatrix<Scalar>(rounded<Scalar>(pose, anchor));
+}
+
+template <typename PointSource, typename PointTarget, typename Scalar>
 void IterativeClosestPoint<PointSource, PointTarget, Scalar>::report(const RigidTransform& pose)
 {
+  if (matched_ < static_cast<std::size_t>(this->min_number_correspondences_)) {
+    PCL_ERROR("[pcl_gpu_icp::%s::computeTransformation] Not enough correspondences found. Relax your threshold "
+              "parameters.\n",
+              this->getClassName().c_str());
+    this->convergence_criteria_->setConvergenceState(ConvergenceCriteria::CONVERGENCE_CRITERIA_NO_CORRESPONDENCES);
+    this->converged_ = false;
+  }
   result_.reason = detail::reasonOf(this->convergence_criteria_->getConvergenceState());
   result_.inliers = matched_;
   result_.requests = stageRequests(matched_);

@@ -32,6 +32,7 @@ template <typename PointSource, typename PointTarget, typename Scalar>
 void IterativeClosestPoint<PointSource, PointTarget, Scalar>::prepare(const Matrix4& guess)
 {
   this->nr_iterations_ = 0;
+  searched_ = 0;
   this->converged_ = false;
   this->final_transformation_ = guess;
   this->transformation_ = Matrix4::Identity();
