@@ -1,8 +1,10 @@
 // One method of this library's or of PCL's on one pair of clouds, in a process of its own; bench/compare.py runs it.
-//   align_benchmark stock|pcl|device SOURCE TARGET ITERATIONS [converge]
+//   align_benchmark stock|pcl|device|accelerated SOURCE TARGET ITERATIONS [converge|window]
 //   align_benchmark points SCAN.pcd POINTS     writes the finite points of a scan
 // Clouds are raw float32 triples. Prints a line of JSON: milliseconds from clouds to transform (trees included, nothing
 // known from before), iterations, transform, the process's peak memory, and what the device took to start.
+// `window`: ten sources, each every tenth point of SOURCE from another one on, aligned one after another onto the same
+// target; milliseconds are those of all, and of each.
 #include <pcl_gpu_icp/icp.h>
 
 #include <pcl/io/pcd_io.h>
@@ -12,7 +14,9 @@
 #include <chrono>
 #include <fstream>
 #include <iostream>
+#include <numeric>
 #include <sys/resource.h>
+#include <vector>
 
 namespace {
 
@@ -45,21 +49,38 @@ void writePoints(const char* scan, const char* path)
     throw std::runtime_error(std::string("cannot write ") + path);
 }
 
+/// \param target null: the one before
 template <typename Icp>
 double millisecondsOf(Icp& icp, const Cloud::Ptr& source, const Cloud::Ptr& target)
 {
   Cloud output;
   const auto start = std::chrono::steady_clock::now();
   icp.setInputSource(source);
-  icp.setInputTarget(target);
+  if (target)
+    icp.setInputTarget(target);
   icp.align(output);
   return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
 }
 
 template <typename Icp>
-nlohmann::json measure(Icp& icp, char** arguments, bool converge, int warm_ups)
+nlohmann::json window(Icp& icp, const Cloud::Ptr& source, const Cloud::Ptr& target)
+{
+  constexpr std::size_t sources = 10;
+  std::vector<double> each;
+  for (std::size_t first = 0; first < sources; ++first) {
+    const Cloud::Ptr part(new Cloud);
+    for (std::size_t i = first; i < source->size(); i += sources)
+      part->push_back((*source)[i]);
+    each.push_back(millisecondsOf(icp, part, first == 0 ? target : nullptr));
+  }
+  return {{"ms", std::accumulate(each.begin(), each.end(), 0.0)}, {"each_ms", each}};
+}
+
+template <typename Icp>
+nlohmann::json measure(Icp& icp, char** arguments, const std::string& mode, int warm_ups)
 {
   const auto source = load(arguments[2]), target = load(arguments[3]);
+  const bool converge = mode == "converge";
   icp.setMaximumIterations(std::stoi(arguments[4]));
   if (converge) {
     // The criteria of small_gicp: an increment of less than 1 mm and 0.1 degrees.
@@ -70,7 +91,11 @@ nlohmann::json measure(Icp& icp, char** arguments, bool converge, int warm_ups)
   for (int i = 0; i < warm_ups; ++i)
     millisecondsOf(icp, source, target);
   millisecondsOf(icp, few, few);
-  nlohmann::json result{{"ms", millisecondsOf(icp, source, target)}};
+  nlohmann::json result;
+  if (mode == "window")
+    result = window(icp, source, target);
+  else
+    result["ms"] = millisecondsOf(icp, source, target);
   for (int i = 0; i < 4; ++i)
     for (int j = 0; j < 4; ++j)
       result["transform"][i][j] = icp.getFinalTransformation()(i, j);
@@ -83,22 +108,24 @@ nlohmann::json measure(Icp& icp, char** arguments, bool converge, int warm_ups)
 nlohmann::json run(int count, char** arguments)
 {
   if (count < 5)
-    throw std::invalid_argument("align_benchmark stock|pcl|device SOURCE TARGET ITERATIONS [converge]");
-  const std::string method = arguments[1];
-  const bool converge = count > 5 && arguments[5] == std::string("converge");
+    throw std::invalid_argument(
+        "align_benchmark stock|pcl|device|accelerated SOURCE TARGET ITERATIONS [converge|window]");
+  const std::string method = arguments[1], mode = count > 5 ? arguments[5] : "";
   if (method == "stock") {
     Stock icp;
-    return measure(icp, arguments, converge, 0);
+    return measure(icp, arguments, mode, 0);
   }
-  if (method != "pcl" && method != "device")
+  if (method != "pcl" && method != "device" && method != "accelerated")
     throw std::invalid_argument("unknown method " + method);
   Ours icp;
-  icp.setCorrespondenceSearch(method == "device" ? pcl_gpu_icp::CorrespondenceSearch::DeviceKdTree
-                                                 : pcl_gpu_icp::CorrespondenceSearch::PclKdTree);
-  nlohmann::json result = measure(icp, arguments, converge, 1);
+  icp.setCorrespondenceSearch(method == "pcl" ? pcl_gpu_icp::CorrespondenceSearch::PclKdTree
+                                              : pcl_gpu_icp::CorrespondenceSearch::DeviceKdTree);
+  icp.setAndersonAcceleration(method == "accelerated");
+  nlohmann::json result = measure(icp, arguments, mode, 1);
   const auto& last = icp.getResult();
   result["iterations"] = last.iterations;
   result["searched"] = last.searched;
+  result["device_bytes"] = last.device_bytes;
   for (const auto& [what, time] : last.host_times)
     result["host_ms"][what] = time.milliseconds;
   result["device"] = last.device.name;

@@ -22,6 +22,7 @@ import matplotlib.pyplot as plt
 
 BINARIES, SCANS, OUTPUT = (pathlib.Path(argument).resolve() for argument in sys.argv[1:4])
 OURS = {"stock PCL": "stock", "ours, default": "pcl", "ours, device": "device"}
+ACCELERATED = {"ours, device, Anderson": "accelerated"}
 PEERS = ["small_gicp ICP", "Open3D ICP"]
 PEERS_TO_CONVERGENCE = PEERS + ["small_gicp point-to-plane", "small_gicp GICP", "Open3D point-to-plane"]
 ITERATIONS, ITERATIONS_AT_MOST = 30, 200
@@ -58,10 +59,11 @@ def prepared(file, voxel, no_zero_returns, folder):
     return voxel_means(points, voxel) if voxel else points
 
 
-def run(method, files, iterations, converge):
-    command = [str(BINARIES / "bench/align_benchmark"), OURS[method]] if method in OURS else [
+def run(method, files, iterations, mode=None):
+    own = (OURS | ACCELERATED).get(method)
+    command = [str(BINARIES / "bench/align_benchmark"), own] if own else [
         sys.executable, str(pathlib.Path(__file__).with_name("peer.py")), method]
-    command += [*map(str, files), str(iterations)] + (["converge"] if converge else [])
+    command += [*map(str, files), str(iterations)] + ([mode] if mode else [])
     environment = dict(os.environ, OMP_NUM_THREADS="2")
     done = subprocess.run(command, capture_output=True, text=True, env=environment)
     if done.returncode != 0:
@@ -69,7 +71,7 @@ def run(method, files, iterations, converge):
     return json.loads(done.stdout.splitlines()[-1])
 
 
-def compare(pair, methods, iterations, converge, folder):
+def compare(pair, methods, iterations, mode, folder):
     name, source_file, target_file, voxel, no_zero_returns, rounds = pair
     source, target = (prepared(file, voxel, no_zero_returns, folder) for file in (source_file, target_file))
     files = folder / "source", folder / "target"
@@ -81,7 +83,7 @@ def compare(pair, methods, iterations, converge, folder):
             if method in absent:
                 continue
             try:
-                runs.setdefault(method, []).append(run(method, files, iterations, converge))
+                runs.setdefault(method, []).append(run(method, files, iterations, mode))
             except RuntimeError as error:
                 absent[method] = str(error)
     tree = cKDTree(target)
@@ -97,6 +99,7 @@ def compare(pair, methods, iterations, converge, folder):
             "searched": results[-1].get("searched"),
             "peak_mib": max(result["peak_mib"] for result in results),
             "runs_ms": [result["ms"] for result in results],
+            "each_ms": results[-1].get("each_ms"),
         }
         print(f"  {method}: {rows[method]['ms']:.1f} ms", file=sys.stderr, flush=True)
     return {"pair": name, "points": [len(source), len(target)], "rounds": rounds, "methods": rows, "absent": absent}
@@ -117,7 +120,7 @@ def grow(folder):
         surface(n, 2).tofile(files[1])
         for method in ("ours, default", "ours, device", "small_gicp ICP"):
             try:
-                result = run(method, files, GROWTH_ITERATIONS, False)
+                result = run(method, files, GROWTH_ITERATIONS)
             except RuntimeError as error:
                 print(f"  {method} is absent: {error}", file=sys.stderr)
                 continue
@@ -127,19 +130,32 @@ def grow(folder):
     one_place = numpy.full((SIZES[-2], 3), 1.5, "f4")
     one_place.tofile(files[1])
     rows.append({"points": SIZES[-2], "method": "ours, device, all target points in one place",
-                 **run("ours, device", files, GROWTH_ITERATIONS, False)})
+                 **run("ours, device", files, GROWTH_ITERATIONS)})
     return rows
 
 
 def growth_table(rows):
-    lines = ["| points onto as many | method | total | per point and iteration | tree | peak memory |",
-             "|---|---|---|---|---|---|"]
+    lines = ["| points onto as many | method | total | per point and iteration | tree | peak memory | on the device |",
+             "|---|---|---|---|---|---|---|"]
     for row in rows:
         tree = f"{row['host_ms']['tree']:.0f} ms" if "host_ms" in row else ""
+        held = f"{row['device_bytes'] / row['points']:.0f} bytes a point" if "device_bytes" in row else ""
         lines.append(
             f"| {row['points']} | {row['method']} | {row['ms']:.0f} ms | "
-            f"{1e6 * row['ms'] / row['points'] / GROWTH_ITERATIONS:.0f} ns | {tree} | {row['peak_mib']:.0f} MiB |"
+            f"{1e6 * row['ms'] / row['points'] / GROWTH_ITERATIONS:.0f} ns | {tree} | {row['peak_mib']:.0f} MiB | {held} |"
         )
+    return "\n".join(lines)
+
+
+def window_table(results):
+    lines = ["| clouds | method | ten sources | ratio to stock | the first | the others, median |", "|---|---|---|---|---|---|"]
+    for result in results:
+        for method, row in result["methods"].items():
+            first, *others = row["each_ms"]
+            lines.append(
+                f"| {result['pair']} | {method} | {row['ms']:.1f} ms | {result['methods']['stock PCL']['ms'] / row['ms']:.1f}x | "
+                f"{first:.1f} ms | {statistics.median(others):.1f} ms |"
+            )
     return "\n".join(lines)
 
 
@@ -204,11 +220,13 @@ def main():
     OUTPUT.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
-        results, converged = [], []
+        results, converged, windows = [], [], []
         for pair in PAIRS:
             print(pair[0], file=sys.stderr, flush=True)
-            results.append(compare(pair, [*OURS, *PEERS], ITERATIONS, False, folder))
-            converged.append(compare(pair, [*OURS, *PEERS_TO_CONVERGENCE], ITERATIONS_AT_MOST, True, folder))
+            results.append(compare(pair, [*OURS, *PEERS], ITERATIONS, None, folder))
+            converged.append(
+                compare(pair, [*OURS, *ACCELERATED, *PEERS_TO_CONVERGENCE], ITERATIONS_AT_MOST, "converge", folder))
+            windows.append(compare(pair, [*OURS, PEERS[0]], ITERATIONS, "window", folder))
         print("growth", file=sys.stderr, flush=True)
         growth = grow(folder)
     record = {
@@ -217,12 +235,13 @@ def main():
         "cores": os.cpu_count(),
         "iterations": results,
         "convergence": converged,
+        "window": windows,
         "growth": growth,
     }
     (OUTPUT / "compare.json").write_text(json.dumps(record, indent=1))
     text = [f"### {ITERATIONS} point-to-point iterations\n"] + [table(result, ITERATIONS) + "\n" for result in results]
     text += ["### To convergence\n"] + [table(result, None) + "\n" for result in converged]
-    text += ["### Growth\n", growth_table(growth)]
+    text += ["### A moving window\n", window_table(windows), "\n### Growth\n", growth_table(growth)]
     (OUTPUT / "compare.md").write_text("\n".join(text))
     plot(results, converged, growth)
 

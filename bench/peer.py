@@ -1,4 +1,4 @@
-"""A peer's method on one pair of clouds, in a process of its own: peer.py METHOD SOURCE TARGET ITERATIONS [converge].
+"""A peer's method on one pair of clouds, in a process of its own: peer.py METHOD SOURCE TARGET ITERATIONS [converge|window].
 
 Clouds are raw float32 triples. Prints a line of JSON as align_benchmark does. The trees, and the normals or covariances
 that a method needs, are part of the time."""
@@ -23,8 +23,12 @@ def small_gicp_method(kind, threads):
             small_gicp.estimate_covariances(cloud, tree, num_neighbors=10, num_threads=threads)
         return cloud, tree
 
+    kept = {}
+
     def align(source, target, iterations, converge):
-        target_cloud, tree = prepare(target)
+        if kept.get("points") is not target:
+            kept.update(points=target, prepared=prepare(target))
+        target_cloud, tree = kept["prepared"]
         source_cloud, _ = prepare(source) if kind == "GICP" else (small_gicp.PointCloud(source), None)
         epsilons = (numpy.radians(0.1), 1e-3) if converge else (0.0, 0.0)
         result = small_gicp.align(
@@ -83,17 +87,22 @@ METHODS = {
 
 def main():
     method, source, target, iterations = sys.argv[1:5]
-    converge = sys.argv[5:] == ["converge"]
+    mode = sys.argv[5] if len(sys.argv) > 5 else None
     align = METHODS[method]()
     source, target = (
         numpy.fromfile(path, dtype=numpy.float32).reshape(-1, 3).astype(numpy.float64) for path in (source, target)
     )
-    align(source, target, int(iterations), converge)
-    start = time.perf_counter()
-    transform, done = align(source, target, int(iterations), converge)
-    elapsed = time.perf_counter() - start
+    sources = [source[first::10] for first in range(10)] if mode == "window" else [source]
+    align(source, target, int(iterations), mode == "converge")
+    target = target.copy()  # Nothing is known of it from the run before.
+    each = []
+    for source in sources:
+        start = time.perf_counter()
+        transform, done = align(source, target, int(iterations), mode == "converge")
+        each.append(1e3 * (time.perf_counter() - start))
     result = {
-        "ms": 1e3 * elapsed,
+        "ms": sum(each),
+        "each_ms": each,
         "transform": numpy.asarray(transform).tolist(),
         "peak_mib": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024,
     }

@@ -71,7 +71,7 @@ kernel void certify(SOURCE_ARGUMENTS,
   certify_block(&source, pose, leaves, &effort, queries, queried);
 }
 
-// Then, what the host found: a work-item per query, or per chunk of queries.
+// Then, what the host found for n_queries queries from the first on: a work-item per query, or per chunk of queries.
 // answers: rows of n_queries words: KEPT_CANDIDATES of positions (int) and two of reaches (float), of the nearest and
 // of all queries: their number is 0 after
 kernel void adopt(global float* searched_at,
@@ -81,6 +81,7 @@ kernel void adopt(global float* searched_at,
                   global float4* queries,
                   global const uint* restrict queried,
                   global const int* restrict answers,
+                  uint first,
                   uint n_queries)
 {
 #ifdef CHUNKED
@@ -91,8 +92,8 @@ kernel void adopt(global float* searched_at,
   const uint begin = get_global_id(0) * queries_each;
   const uint end = min(begin + queries_each, n_queries);
   for (uint j = begin; j < end; ++j) {
-    const uint i = queried[j];
-    const float4 query = queries[1 + j];
+    const uint i = queried[first + j];
+    const float4 query = queries[1 + first + j];
     searched_at[i] = query.x;
     searched_at[i + stride] = query.y;
     searched_at[i + 2 * stride] = query.z;

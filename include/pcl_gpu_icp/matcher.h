@@ -60,6 +60,9 @@ public:
   /// The pivot that the source's coordinates are kept about on the device: where a rounded transform must be exact.
   const std::array<double, 3>& sourcePivot() const;
 
+  /// Memory that it holds on the device.
+  std::size_t deviceBytes() const;
+
   /// Time per stage and transfer since the last call.
   StageTimes takeTimes();
 

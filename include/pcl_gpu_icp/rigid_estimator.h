@@ -66,6 +66,9 @@ public:
   /// \throws InvalidArgument for Pipeline::Fused, which never forms them
   std::vector<double> demeaned() const;
 
+  /// Memory that it holds on the device.
+  std::size_t deviceBytes() const;
+
   /// Time per stage and transfer since the last call.
   StageTimes takeTimes();
 

@@ -285,6 +285,8 @@ std::vector<Correspondence> Matcher::correspondences(const RigidTransform& pose)
   return by_place;
 }
 
+std::size_t Matcher::deviceBytes() const { return implementation_->queue.allocated(); }
+
 StageTimes Matcher::takeTimes()
 {
   StageTimes times;

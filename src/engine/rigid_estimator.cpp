@@ -217,6 +217,8 @@ std::vector<double> RigidEstimator::demeaned() const
   return rows;
 }
 
+std::size_t RigidEstimator::deviceBytes() const { return implementation_->queue.allocated(); }
+
 StageTimes RigidEstimator::takeTimes()
 {
   StageTimes times;

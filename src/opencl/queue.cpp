@@ -64,10 +64,10 @@ void Queue::reserve(Buffer& buffer, std::size_t bytes)
   translated(info().name, "", [&] {
     const std::size_t capacity = std::min(roomy(bytes), traits_.max_allocation);
     buffer.buffer_ = cl::Buffer();
-    buffer.capacity_ = 0;
+    allocated_ -= std::exchange(buffer.capacity_, 0);
     const cl_mem_flags placement = traits_.mapped_memory ? CL_MEM_ALLOC_HOST_PTR : 0;
     buffer.buffer_ = cl::Buffer(context_->handle(), CL_MEM_READ_WRITE | placement, capacity);
-    buffer.capacity_ = capacity;
+    allocated_ += buffer.capacity_ = capacity;
   });
 }
 

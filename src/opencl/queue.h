@@ -84,6 +84,9 @@ public:
 
   void finish();
 
+  /// Bytes of the buffers that were made room for here.
+  std::size_t allocated() const { return allocated_; }
+
   /// Waits for all that was enqueued and returns the times since the last call.
   Profile takeProfile();
 
@@ -107,6 +110,7 @@ private:
   std::string build_options_;
   cl::CommandQueue queue_;
   std::map<std::string, cl::Kernel> kernels_;
+  std::size_t allocated_ = 0;
   Buffer staging_{"staging memory"};
   void* staging_memory_ = nullptr;
   std::vector<std::pair<const char*, cl::Event>> pending_;

@@ -147,6 +147,7 @@ std::string toJson(const AlignmentReport& report)
   json["device"] = deviceJson(result.device);
   json["search"] = toString(result.search);
   json["pipeline"] = toString(result.pipeline);
+  json["device_bytes"] = result.device_bytes;
   json["transform"] = matrixJson(report.transform);
   json["converged"] = result.converged;
   json["reason"] = toString(result.reason);

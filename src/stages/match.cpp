@@ -8,6 +8,9 @@ namespace pcl_gpu_icp::stages {
 
 namespace {
 
+/// So that the answers take little memory; more at once would be no faster.
+constexpr cl_uint most_queries_at_once = 1 << 14;
+
 cl_uint blocksOf(const SourcePoints& source)
 {
   return (source.count + POINTS_PER_MATCH_BLOCK - 1) / POINTS_PER_MATCH_BLOCK;
@@ -139,24 +142,26 @@ std::size_t Match::searchOnHost(opencl::Queue& queue,
   fetch(at_once);
   if (count > at_once)
     fetch(count);
-  if (count == 0)
-    return 0;
-  queue.upload(answers_, (KEPT_CANDIDATES + 2) * std::size_t(count) * sizeof(cl_int), [&](void* memory) {
-    auto* positions = static_cast<cl_int*>(memory);
-    search(
-        queries.data(), count, positions, reinterpret_cast<float*>(positions + KEPT_CANDIDATES * std::size_t(count)));
-  });
-  queue.launch("adopt",
-               {"match.cl", "adopt"},
-               overPoints(queue.traits(), count),
-               searched_at_,
-               candidates_,
-               matches_,
-               source.stride,
-               queries_,
-               queried_,
-               answers_,
-               count);
+  for (cl_uint first = 0; first < count; first += most_queries_at_once) {
+    const cl_uint some = std::min(count - first, most_queries_at_once);
+    queue.upload(answers_, (KEPT_CANDIDATES + 2) * std::size_t(some) * sizeof(cl_int), [&](void* memory) {
+      auto* positions = static_cast<cl_int*>(memory);
+      auto* reaches = reinterpret_cast<float*>(positions + KEPT_CANDIDATES * std::size_t(some));
+      search(queries.data() + first, some, positions, reaches);
+    });
+    queue.launch("adopt",
+                 {"match.cl", "adopt"},
+                 overPoints(queue.traits(), some),
+                 searched_at_,
+                 candidates_,
+                 matches_,
+                 source.stride,
+                 queries_,
+                 queried_,
+                 answers_,
+                 first,
+                 some);
+  }
   tested_ = std::max(tested_, effort.kept);
   return count;
 }

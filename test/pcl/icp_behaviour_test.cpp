@@ -412,3 +412,32 @@ TEST_F(IcpBehaviour, AndersonAccelerationReachesTheSameEndInFewerIterations)
       EXPECT_LT(scenes::degreesBetween<float>(actual.transformation, expected.transformation), 0.1);
     }
 }
+
+TEST_F(IcpBehaviour, TheDeviceHoldsAtMost120BytesAPoint)
+{
+  const std::size_t points = 100000;
+  source = scenes::hills<PointXYZ>(points, 2);
+  target = scenes::hills<PointXYZ>(points);
+  Eigen::Matrix4f found[2];
+  for (const CorrespondenceSearch search : {CorrespondenceSearch::PclKdTree, CorrespondenceSearch::DeviceKdTree}) {
+    icp.setCorrespondenceSearch(search);
+    found[search == CorrespondenceSearch::DeviceKdTree] =
+        alignWith(icp, source, target, twenty_iterations, identity).transformation;
+    EXPECT_LE(icp.getResult().device_bytes, 120 * points);
+    // Coordinates of both clouds, at the least.
+    EXPECT_GE(icp.getResult().device_bytes, 24 * points);
+    Icp listing;
+    listing.setCorrespondenceSearch(search);
+    alignWith(
+        listing,
+        source,
+        target,
+        [](auto& icp) {
+          icp.setMaximumIterations(2);
+          icp.addCorrespondenceRejector(pcl::make_shared<pcl::registration::CorrespondenceRejectorTrimmed>());
+        },
+        identity);
+    EXPECT_GT(listing.getResult().device_bytes, icp.getResult().device_bytes);
+  }
+  EXPECT_LT((found[0] - found[1]).norm(), 1e-6);
+}

@@ -386,14 +386,20 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::report(const Rigid
   else
     result_.rmse = std::sqrt(
         meanSquaredDistance(matches_, search::pointsOf(*this->input_), search::pointsOf(*this->target_), pose));
-  if (matches_on_device_)
+  if (matches_on_device_) {
     result_.device_times = matcher_->takeTimes();
-  if (estimatesOnDevice() && !increment_from_matching_)
+    result_.device_bytes = matcher_->deviceBytes();
+    if (this->use_reciprocal_correspondence_)
+      result_.device_bytes += backward_matcher_->deviceBytes();
+  }
+  if (estimatesOnDevice() && !increment_from_matching_) {
+    result_.device_bytes += estimator_->deviceBytes();
     for (const auto& [what, time] : estimator_->takeTimes()) {
       StageTime& entry = result_.device_times[what];
       entry.milliseconds += time.milliseconds;
       entry.count += time.count;
     }
+  }
 }
 
 template <typename PointSource, typename PointTarget, typename Scalar>
