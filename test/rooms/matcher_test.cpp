@@ -237,6 +237,15 @@ TEST_P(Matching, EverySizeAroundABlockAndALevelOfTheTree)
   }
 }
 
+TEST_P(Matching, MorePointsThanTheHostSearchesForAtOnce)
+{
+  Random random(8);
+  rig_.set(random.cloud(affordable(40000)), random.cloud(60));
+  rig_.expectNearestAt(Isometry3d::Identity());
+  EXPECT_EQ(rig_.match(Isometry3d::Identity()).searched, 0U);
+  rig_.expectNearestAt(motion({0, 1, 0}, 0.3, {0.5, 0, 0}));
+}
+
 TEST_P(Matching, PointsOnBisectorsChangeSidesInTime)
 {
   // Each source point half-way between two target points, and moved to and fro by less and less.
@@ -336,6 +345,17 @@ TEST_P(Matching, NothingToMatchIsNotAnError)
   }
   rig_.set(some, some);
   EXPECT_EQ(rig_.match(motion({0, 0, 1}, 0, {100, 0, 0}), 1.0F).increment.pairs, 0U);
+}
+
+TEST_P(Matching, TheLimitItselfIsWithinReachAndTheNextNumberIsNot)
+{
+  Cloud source(3, 1), target(3, 2);
+  source << 0, 0, 0;
+  target << 0.5, 8, 0, 0, 0, 0;
+  const float below = std::nextafter(0.25F, 0.0F), limits[] = {below, 0.25F, below, 1, 0.25F, below};
+  rig_.set(source, target);
+  for (const float limit : limits)
+    EXPECT_EQ(rig_.match(Isometry3d::Identity(), limit).increment.pairs, limit == below ? 0U : 1U) << limit;
 }
 
 TEST_P(Matching, DistancesAtTheLimitsOfFloat)
