@@ -3,7 +3,6 @@
 #include <pcl_gpu_icp/icp_loop.h>
 
 #include <array>
-#include <optional>
 #include <vector>
 
 namespace pcl_gpu_icp {

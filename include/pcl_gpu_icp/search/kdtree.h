@@ -1,10 +1,8 @@
 #pragma once
 
 #include <pcl_gpu_icp/neighbour_search.h>
-#include <pcl_gpu_icp/search/pcl_tree_on_demand.h>
+#include <pcl_gpu_icp/search/coordinate_kdtree.h>
 #include <pcl_gpu_icp/search/points_of.h>
-
-#include <pcl/search/kdtree.h>
 
 #include <optional>
 #include <utility>
@@ -20,22 +18,20 @@ namespace pcl_gpu_icp::search {
 ///
 /// Errors: DeviceError from a batch when there is no device, or when the tree or the answers do not fit it.
 template <typename PointT>
-class KdTree : public pcl::search::KdTree<PointT> {
-  using Base = pcl::search::KdTree<PointT>;
+class KdTree : public CoordinateKdTree<PointT> {
+  using Base = CoordinateKdTree<PointT>;
 
 public:
   using Ptr = pcl::shared_ptr<KdTree>;
   using ConstPtr = pcl::shared_ptr<const KdTree>;
+  using typename Base::IndicesConstPtr;
   using typename Base::PointCloud;
   using typename Base::PointCloudConstPtr;
-  using IndicesConstPtr = pcl::IndicesConstPtr;
-  // PCL 1.14 changed what setInputCloud returns from void to bool.
-  using SetInputCloudResult = decltype(std::declval<Base&>().setInputCloud(std::declval<const PointCloudConstPtr&>()));
+  using typename Base::SetInputCloudResult;
 
   /// \param device by default Device::select(), when a batch first needs it
   explicit KdTree(bool sorted = true, std::optional<Device> device = std::nullopt)
   : Base(sorted)
-  , default_representation_(Base::getPointRepresentation())
   , search_(std::move(device))
   {
   }
@@ -59,10 +55,6 @@ public:
                       std::vector<std::vector<float>>& distances) const override;
 
 private:
-  bool usesDefaults() const
-  {
-    return Base::getPointRepresentation() == default_representation_ && Base::getEpsilon() == 0;
-  }
   static int hand(Neighbours&& found, pcl::Indices& indices, std::vector<float>& distances)
   {
     indices.assign(found.positions.begin(), found.positions.end());
@@ -70,19 +62,15 @@ private:
     return static_cast<int>(indices.size());
   }
 
-  typename Base::PointRepresentationConstPtr default_representation_;
   NeighbourSearch search_;
-  PclTreeOnDemand<PointT> pcl_tree_;
 };
 
 template <typename PointT>
 typename KdTree<PointT>::SetInputCloudResult KdTree<PointT>::setInputCloud(const PointCloudConstPtr& cloud,
                                                                            const IndicesConstPtr& indices)
 {
-  this->input_ = cloud;
-  this->indices_ = indices;
+  this->hold(cloud, indices);
   search_.build(pointsOf(*cloud, indices ? indices.get() : nullptr));
-  pcl_tree_.forget();
   return static_cast<SetInputCloudResult>(true);
 }
 
@@ -92,8 +80,8 @@ int KdTree<PointT>::nearestKSearch(const PointT& point,
                                    pcl::Indices& indices,
                                    std::vector<float>& distances) const
 {
-  if (!usesDefaults())
-    return pcl_tree_.like(*this, this->sorted_results_)->nearestKSearch(point, k, indices, distances);
+  if (!this->usesDefaults())
+    return this->pclTree()->nearestKSearch(point, k, indices, distances);
   return hand(search_.nearest(&point.x, k > 0 ? static_cast<std::size_t>(k) : 0), indices, distances);
 }
 
@@ -101,8 +89,8 @@ template <typename PointT>
 int KdTree<PointT>::radiusSearch(
     const PointT& point, double radius, pcl::Indices& indices, std::vector<float>& distances, unsigned int max_nn) const
 {
-  if (!usesDefaults())
-    return pcl_tree_.like(*this, this->sorted_results_)->radiusSearch(point, radius, indices, distances, max_nn);
+  if (!this->usesDefaults())
+    return this->pclTree()->radiusSearch(point, radius, indices, distances, max_nn);
   return hand(search_.within(&point.x, radius, max_nn, this->sorted_results_), indices, distances);
 }
 
@@ -113,8 +101,8 @@ void KdTree<PointT>::nearestKSearch(const PointCloud& cloud,
                                     std::vector<pcl::Indices>& indices,
                                     std::vector<std::vector<float>>& distances) const
 {
-  if (!usesDefaults()) {
-    pcl_tree_.like(*this, this->sorted_results_)->nearestKSearch(cloud, queries, k, indices, distances);
+  if (!this->usesDefaults()) {
+    this->pclTree()->nearestKSearch(cloud, queries, k, indices, distances);
     return;
   }
   auto answers =

@@ -1,11 +1,9 @@
 #pragma once
 
+#include <pcl_gpu_icp/search/coordinate_kdtree.h>
 #include <pcl_gpu_icp/search/nearest_index.h>
-#include <pcl_gpu_icp/search/pcl_tree_on_demand.h>
 #include <pcl_gpu_icp/search/points_of.h>
 #include <pcl_gpu_icp/stopwatch.h>
-
-#include <pcl/search/kdtree.h>
 
 #include <memory>
 #include <mutex>
@@ -18,19 +16,17 @@ namespace pcl_gpu_icp::search {
 /// a point representation or an epsilon set by the caller) is answered by PCL's own tree, built when first asked for.
 /// Given a cloud whose coordinates are those it holds, it keeps its tree. Queries are thread-safe.
 template <typename PointT>
-class NearestKdTree : public pcl::search::KdTree<PointT> {
-  using Base = pcl::search::KdTree<PointT>;
+class NearestKdTree : public CoordinateKdTree<PointT> {
+  using Base = CoordinateKdTree<PointT>;
 
 public:
   using Ptr = pcl::shared_ptr<NearestKdTree>;
+  using typename Base::IndicesConstPtr;
   using typename Base::PointCloudConstPtr;
-  using IndicesConstPtr = pcl::IndicesConstPtr;
-  // PCL 1.14 changed what setInputCloud returns from void to bool.
-  using SetInputCloudResult = decltype(std::declval<Base&>().setInputCloud(std::declval<const PointCloudConstPtr&>()));
+  using typename Base::SetInputCloudResult;
 
   explicit NearestKdTree(bool sorted = true)
   : Base(sorted)
-  , default_representation_(Base::getPointRepresentation())
   {
   }
 
@@ -47,7 +43,7 @@ public:
                    unsigned int max_nn = 0) const override;
 
   /// The index that answers, or null when the caller's settings call for PCL's own tree.
-  const NearestIndex* index() const { return usesDefaults() ? &index_ : nullptr; }
+  const NearestIndex* index() const { return this->usesDefaults() ? &index_ : nullptr; }
 
   /// Whether setInputCloud() leaves the building to refresh() or to the first query.
   void setDeferred(bool deferred) { deferred_ = deferred; }
@@ -65,11 +61,6 @@ public:
   double takeBuildMilliseconds() { return std::exchange(times_["tree"].milliseconds, 0.0); }
 
 private:
-  bool usesDefaults() const
-  {
-    return Base::getPointRepresentation() == default_representation_ && Base::getEpsilon() == 0;
-  }
-
   /// A query on a tree whose building was deferred builds it.
   void buildIfDeferred() const
   {
@@ -78,23 +69,19 @@ private:
   }
   void build();
 
-  typename Base::PointRepresentationConstPtr default_representation_;
   bool deferred_ = false;
   std::unique_ptr<std::once_flag> due_; ///< set while a building is deferred
   NearestIndex index_;
   std::uint64_t fingerprint_ = 0;
   unsigned long revision_ = 0;
   StageTimes times_;
-  PclTreeOnDemand<PointT> pcl_tree_;
 };
 
 template <typename PointT>
 typename NearestKdTree<PointT>::SetInputCloudResult
 NearestKdTree<PointT>::setInputCloud(const PointCloudConstPtr& cloud, const IndicesConstPtr& indices)
 {
-  this->input_ = cloud;
-  this->indices_ = indices;
-  pcl_tree_.forget();
+  this->hold(cloud, indices);
   if (deferred_)
     due_ = std::make_unique<std::once_flag>();
   else
@@ -122,8 +109,8 @@ void NearestKdTree<PointT>::build()
     ++revision_;
   }
   // A representation may look at more than the coordinates.
-  if (!unchanged || !usesDefaults())
-    pcl_tree_.forget();
+  if (!unchanged || !this->usesDefaults())
+    this->forgetPclTree();
 }
 
 template <typename PointT>
@@ -132,8 +119,8 @@ int NearestKdTree<PointT>::nearestKSearch(const PointT& point,
                                           pcl::Indices& indices,
                                           std::vector<float>& distances) const
 {
-  if (k != 1 || !usesDefaults())
-    return pcl_tree_.like(*this, this->sorted_results_)->nearestKSearch(point, k, indices, distances);
+  if (k != 1 || !this->usesDefaults())
+    return this->pclTree()->nearestKSearch(point, k, indices, distances);
   buildIfDeferred();
   const Neighbour neighbour = index_.nearest(&point.x);
   // Callers in PCL read entry 0 whatever is returned.
@@ -146,7 +133,7 @@ template <typename PointT>
 int NearestKdTree<PointT>::radiusSearch(
     const PointT& point, double radius, pcl::Indices& indices, std::vector<float>& distances, unsigned int max_nn) const
 {
-  return pcl_tree_.like(*this, this->sorted_results_)->radiusSearch(point, radius, indices, distances, max_nn);
+  return this->pclTree()->radiusSearch(point, radius, indices, distances, max_nn);
 }
 
 } // namespace pcl_gpu_icp::search
