@@ -4,6 +4,8 @@
 #include <pcl_gpu_icp/search/coordinate_kdtree.h>
 #include <pcl_gpu_icp/search/points_of.h>
 
+#include <pcl/search/kdtree.h>
+
 #include <optional>
 #include <utility>
 #include <vector>

@@ -5,6 +5,8 @@
 #include <pcl_gpu_icp/search/points_of.h>
 #include <pcl_gpu_icp/stopwatch.h>
 
+#include <pcl/search/kdtree.h>
+
 #include <memory>
 #include <mutex>
 #include <utility>
