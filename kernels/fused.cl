@@ -63,7 +63,8 @@ kernel void fused_sums(global const float* restrict pairs, uint stride, uint n, 
 {
   local real scratch[WORK_GROUP_SIZE];
   const uint lane = get_local_id(0);
-  const uint block = get_group_id(0);
+  // Not get_group_id: a launch may be one of several passes over the blocks.
+  const uint block = get_global_id(0) / WORK_GROUP_SIZE;
   real sums[SUMS_PER_BLOCK] = {0};
   for (uint step = 0; step < POINTS_PER_BLOCK; step += WORK_GROUP_SIZE) {
     const uint i = block * POINTS_PER_BLOCK + step + lane;

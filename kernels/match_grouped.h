@@ -5,6 +5,9 @@
 
 #pragma OPENCL FP_CONTRACT ON
 
+// A work-group's block. Not get_group_id: a launch may be one of several passes over the blocks.
+static inline uint get_block(void) { return get_global_id(0) / WORK_GROUP_SIZE; }
+
 // pose: 12 of 16 floats, rows of [R | t], from the source's frame to the target's
 static inline float3 moved(const Source* source, uint i, float16 pose)
 {
@@ -59,7 +62,7 @@ static inline void write_total(const Total* total,
       barrier(CLK_LOCAL_MEM_FENCE);
     }
     if (item == 0)
-      partials[get_group_id(0) * SUMS_PER_BLOCK + s] = sums[0];
+      partials[get_block() * SUMS_PER_BLOCK + s] = sums[0];
     barrier(CLK_LOCAL_MEM_FENCE);
   }
   if (item == 0)
@@ -69,7 +72,7 @@ static inline void write_total(const Total* total,
   atomic_add(&tally[1], searched);
   barrier(CLK_LOCAL_MEM_FENCE);
   if (item == 0)
-    tallies[get_group_id(0)] = (uint2)(tally[0], tally[1]);
+    tallies[get_block()] = (uint2)(tally[0], tally[1]);
 }
 
 // What the kept candidates say of a point.
@@ -136,7 +139,7 @@ static inline float search_match(
 // A work-group per block of POINTS_PER_MATCH_BLOCK source points; so are the others.
 static inline Total accumulate_block(const Source* source, float16 pose, global const float* restrict leaves)
 {
-  const uint begin = get_group_id(0) * POINTS_PER_MATCH_BLOCK;
+  const uint begin = get_block() * POINTS_PER_MATCH_BLOCK;
   const uint end = min(begin + POINTS_PER_MATCH_BLOCK, source->n);
   Total total = {{0}, 0};
   for (uint i = begin + get_local_id(0); i < end; i += WORK_GROUP_SIZE) {
@@ -152,7 +155,7 @@ static inline Total accumulate_block(const Source* source, float16 pose, global 
 // Returns how many points this work-item had to search for.
 static inline uint match_block(const Source* source, float16 pose, const Tree* tree, const Effort* effort)
 {
-  const uint begin = get_group_id(0) * POINTS_PER_MATCH_BLOCK;
+  const uint begin = get_block() * POINTS_PER_MATCH_BLOCK;
   const uint end = min(begin + POINTS_PER_MATCH_BLOCK, source->n);
   uint searched = 0;
   for (uint i = begin + get_local_id(0); i < end; i += WORK_GROUP_SIZE) {
@@ -173,7 +176,7 @@ static inline void certify_block(const Source* source,
                                  global float4* queries,
                                  global uint* restrict queried)
 {
-  const uint begin = get_group_id(0) * POINTS_PER_MATCH_BLOCK;
+  const uint begin = get_block() * POINTS_PER_MATCH_BLOCK;
   const uint end = min(begin + POINTS_PER_MATCH_BLOCK, source->n);
   for (uint i = begin + get_local_id(0); i < end; i += WORK_GROUP_SIZE) {
     const Candidates found = look_at_candidates(source, i, pose, leaves, effort);

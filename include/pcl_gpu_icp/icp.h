@@ -1,6 +1,7 @@
 #pragma once
 
 #include <pcl_gpu_icp/device.h>
+#include <pcl_gpu_icp/device_lane.h>
 #include <pcl_gpu_icp/icp_loop.h>
 #include <pcl_gpu_icp/matcher.h>
 #include <pcl_gpu_icp/result.h>
@@ -92,6 +93,11 @@ public:
 
   void setInputTarget(const PointCloudTargetConstPtr& cloud) override;
 
+  /// Aligns on a lane from now on, with what others left there on its device.
+  void enter(DeviceLane& lane);
+  /// Leaves there what the next one can use, and has nothing on the device any more.
+  void leave(DeviceLane& lane);
+
 protected:
   void computeTransformation(PointCloudSource& output, const Matrix4& guess) override;
 
@@ -145,6 +151,7 @@ private:
   bool usesAllPoints() const { return this->indices_->size() == this->input_->size(); }
 
   std::optional<Device> device_;
+  std::shared_ptr<DeviceShare> share_; ///< of a lane's device
   Pipeline pipeline_ = Pipeline::Fused;
   CorrespondenceSearch search_ = CorrespondenceSearch::PclKdTree;
   bool accelerated_ = false;

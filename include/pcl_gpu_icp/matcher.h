@@ -31,6 +31,9 @@ public:
   const DeviceInfo& device() const;
   Precision precision() const;
 
+  /// Where the device is shared: whom to ask before each operation. null, the default: nobody.
+  void setShare(std::shared_ptr<DeviceShare> share);
+
   /// Host threads that build and search; 0, the default, means all cores.
   void setNumberOfThreads(unsigned threads);
 

@@ -42,6 +42,7 @@ enum class Reason {
   RelativeMse,            ///< the mean squared distance changed by less than the fitness epsilon
   NoCorrespondences,      ///< fewer correspondences than PCL's minimum
   FailureAfterIterations, ///< the iteration limit was reached and the caller's criteria count that as failure
+  Cancelled,              ///< the caller of a batch cancelled it
   Error,                  ///< an exception ended it: see AlignmentResult::message
 };
 

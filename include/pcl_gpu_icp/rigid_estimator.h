@@ -1,6 +1,7 @@
 #pragma once
 
 #include <pcl_gpu_icp/device.h>
+#include <pcl_gpu_icp/device_share.h>
 #include <pcl_gpu_icp/points.h>
 #include <pcl_gpu_icp/result.h>
 #include <pcl_gpu_icp/rigid_transform.h>
@@ -45,6 +46,9 @@ public:
   const DeviceInfo& device() const;
   Pipeline pipeline() const;
   Precision precision() const;
+
+  /// Where the device is shared: whom to ask before each operation. null, the default: nobody.
+  void setShare(std::shared_ptr<DeviceShare> share);
 
   /// Estimates from pairs (source[i], target[i]).
   /// \throws InvalidArgument when the counts differ, DeviceError

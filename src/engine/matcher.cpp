@@ -178,6 +178,7 @@ Matcher makeMatcher(const Device& device, const opencl::Traits& traits, Precisio
 
 const DeviceInfo& Matcher::device() const { return implementation_->queue.info(); }
 Precision Matcher::precision() const { return implementation_->precision; }
+void Matcher::setShare(std::shared_ptr<DeviceShare> share) { implementation_->queue.setShare(std::move(share)); }
 void Matcher::setNumberOfThreads(unsigned threads) { implementation_->threads = threads; }
 std::size_t Matcher::targetSize() const { return implementation_->target.points.size(); }
 const std::array<double, 3>& Matcher::sourcePivot() const { return implementation_->source.pivot; }

@@ -55,6 +55,8 @@ const char* toString(Reason reason)
     return "no correspondences";
   case Reason::FailureAfterIterations:
     return "failure after iterations";
+  case Reason::Cancelled:
+    return "cancelled";
   case Reason::Error:
     return "error";
   }

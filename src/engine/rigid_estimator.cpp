@@ -136,6 +136,8 @@ Pipeline RigidEstimator::pipeline() const { return implementation_->pipeline; }
 Precision RigidEstimator::precision() const { return implementation_->precision; }
 const std::array<double, 3>& RigidEstimator::sourcePivot() const { return implementation_->source_placement.pivot; }
 
+void RigidEstimator::setShare(std::shared_ptr<DeviceShare> share) { implementation_->queue.setShare(std::move(share)); }
+
 Estimate RigidEstimator::estimate(const Points& source, const Points& target)
 {
   if (source.count != target.count)

@@ -50,6 +50,14 @@ Queue::~Queue()
   } catch (const cl::Error&) {
     // The device is gone; its memory with it.
   }
+  giveBack();
+}
+
+void Queue::setShare(std::shared_ptr<DeviceShare> share)
+{
+  if (grant_ != 0)
+    finish();
+  share_ = std::move(share);
 }
 
 void Queue::reserve(Buffer& buffer, std::size_t bytes)
@@ -99,6 +107,7 @@ void Queue::upload(Buffer& buffer, std::size_t bytes, const std::function<void(v
     cl::Event event;
     if (traits_.mapped_memory) {
       void* memory = queue_.enqueueMapBuffer(buffer.buffer_, CL_TRUE, CL_MAP_WRITE_INVALIDATE_REGION, 0, bytes);
+      giveBack();
       try {
         fill(memory);
       } catch (...) {
@@ -112,6 +121,7 @@ void Queue::upload(Buffer& buffer, std::size_t bytes, const std::function<void(v
       void* memory = pinned(bytes);
       fill(memory);
       queue_.enqueueWriteBuffer(buffer.buffer_, CL_TRUE, 0, bytes, memory, nullptr, &event);
+      giveBack();
     }
     pending_.emplace_back("upload", std::move(event));
   });
@@ -126,6 +136,7 @@ void Queue::download(const Buffer& buffer, std::size_t bytes, const std::functio
     cl::Event event;
     if (traits_.mapped_memory) {
       void* memory = queue_.enqueueMapBuffer(buffer.buffer_, CL_TRUE, CL_MAP_READ, 0, bytes, nullptr, &event);
+      giveBack();
       try {
         use(memory);
       } catch (...) {
@@ -137,6 +148,7 @@ void Queue::download(const Buffer& buffer, std::size_t bytes, const std::functio
     else {
       void* memory = pinned(bytes);
       queue_.enqueueReadBuffer(buffer.buffer_, CL_TRUE, 0, bytes, memory, nullptr, &event);
+      giveBack();
       use(memory);
     }
     pending_.emplace_back("download", std::move(event));
@@ -149,6 +161,7 @@ void Queue::finish()
 {
   refuseAfterFork();
   translated(info().name, "", [&] { queue_.finish(); });
+  giveBack();
 }
 
 Profile Queue::takeProfile()
@@ -167,15 +180,73 @@ void Queue::account()
   });
 }
 
-cl::Kernel& Queue::kernelObject(const KernelName& kernel)
+Queue::Kernel& Queue::kernelObject(const KernelName& name)
 {
   refuseAfterFork();
-  cl::Kernel& object = kernels_[kernel.file + "/" + kernel.name];
-  if (!object()) {
-    const cl::Program program = context_->program(kernel.file, build_options_);
-    object = translated(info().name, kernel.name, [&] { return cl::Kernel(program, kernel.name.c_str()); });
+  Kernel& kernel = kernels_[name.file + "/" + name.name];
+  if (!kernel.handle()) {
+    const cl::Program program = context_->program(name.file, build_options_);
+    translated(info().name, name.name, [&] {
+      kernel.handle = cl::Kernel(program, name.name.c_str());
+      kernel.at_once =
+          info().compute_units * kernel.handle.getWorkGroupInfo<CL_KERNEL_WORK_GROUP_SIZE>(context_->device());
+    });
   }
-  return object;
+  return kernel;
+}
+
+void Queue::enqueue(const char* stage, const KernelName& name, Kernel& kernel, const WorkSize& size)
+{
+  const auto part = [&](const WorkSize& part_size, const cl::NDRange& offset) {
+    translated(info().name, name.name, [&] { enqueuePart(stage, kernel, part_size, offset); });
+  };
+  if (!share_) {
+    part(size, cl::NullRange);
+    return;
+  }
+  // Passes are cut along the first dimension, in whole work-groups.
+  const std::size_t items = size.global.get()[0], group = size.local.get()[0];
+  const std::size_t rows = size.global.dimensions() > 1 ? size.global.get()[1] : 1;
+  const std::size_t at_once = std::min(share_->capacity(), kernel.at_once) / rows;
+  const std::size_t step = std::max(at_once / group, std::size_t(1)) * group;
+  for (std::size_t first = 0; first < items; first += step) {
+    const std::size_t some = std::min(step, items - first);
+    if (first > 0)
+      finish();
+    obtain(stage, some * rows);
+    if (rows == 1)
+      part({cl::NDRange(some), size.local}, cl::NDRange(first));
+    else
+      part({cl::NDRange(some, rows), size.local}, cl::NDRange(first, 0));
+  }
+}
+
+void Queue::enqueuePart(const char* stage, Kernel& kernel, const WorkSize& size, const cl::NDRange& offset)
+{
+  cl::Event event;
+  queue_.enqueueNDRangeKernel(kernel.handle, offset, size.global, size.local, nullptr, &event);
+  pending_.emplace_back(stage, std::move(event));
+}
+
+void Queue::obtain(const char* stage, std::size_t work_items)
+{
+  if (grant_ != 0 && work_items != granted_) {
+    const bool fewer = work_items < granted_;
+    translated(info().name, "", [&] { queue_.finish(); });
+    if (fewer)
+      share_->narrow(grant_, stage, work_items);
+    else
+      giveBack();
+  }
+  if (grant_ == 0)
+    grant_ = share_->request(stage, work_items);
+  granted_ = work_items;
+}
+
+void Queue::giveBack() noexcept
+{
+  if (grant_ != 0)
+    share_->release(std::exchange(grant_, 0));
 }
 
 } // namespace pcl_gpu_icp::opencl

@@ -5,8 +5,11 @@
 #include "error.h"
 #include "profile.h"
 
+#include <pcl_gpu_icp/device_share.h>
+
 #include <functional>
 #include <map>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -54,6 +57,10 @@ public:
   Queue(const Queue&) = delete;
   Queue& operator=(const Queue&) = delete;
 
+  /// Every launch asks `share` for its work-items, and what it has been granted goes back when the device is known to
+  /// have finished. A launch of fewer work-items than the one before gives back the others. null: it asks nobody.
+  void setShare(std::shared_ptr<DeviceShare> share);
+
   const DeviceInfo& info() const { return context_->info(); }
   const Traits& traits() const { return traits_; }
 
@@ -72,14 +79,12 @@ public:
   template <typename... Arguments>
   void launch(const char* stage, const KernelName& kernel, const WorkSize& size, const Arguments&... arguments)
   {
-    cl::Kernel& object = kernelObject(kernel);
+    Kernel& object = kernelObject(kernel);
     translated(info().name, kernel.name, [&] {
       cl_uint index = 0;
-      (setArgument(object, index++, arguments), ...);
-      cl::Event event;
-      queue_.enqueueNDRangeKernel(object, cl::NullRange, size.global, size.local, nullptr, &event);
-      pending_.emplace_back(stage, std::move(event));
+      (setArgument(object.handle, index++, arguments), ...);
     });
+    enqueue(stage, kernel, object, size);
   }
 
   void finish();
@@ -101,7 +106,16 @@ private:
     kernel.setArg(index, value);
   }
 
-  cl::Kernel& kernelObject(const KernelName& kernel);
+  struct Kernel {
+    cl::Kernel handle;
+    std::size_t at_once = 0; ///< work-items that the device holds of it
+  };
+
+  Kernel& kernelObject(const KernelName& kernel);
+  void enqueue(const char* stage, const KernelName& name, Kernel& kernel, const WorkSize& size);
+  void enqueuePart(const char* stage, Kernel& kernel, const WorkSize& size, const cl::NDRange& offset);
+  void obtain(const char* stage, std::size_t work_items);
+  void giveBack() noexcept;
   void* pinned(std::size_t bytes);
   void account();
 
@@ -109,7 +123,10 @@ private:
   Traits traits_;
   std::string build_options_;
   cl::CommandQueue queue_;
-  std::map<std::string, cl::Kernel> kernels_;
+  std::map<std::string, Kernel> kernels_;
+  std::shared_ptr<DeviceShare> share_;
+  DeviceShare::Grant grant_ = 0; ///< of share_; 0: none
+  std::size_t granted_ = 0;      ///< work-items
   std::size_t allocated_ = 0;
   Buffer staging_{"staging memory"};
   void* staging_memory_ = nullptr;

@@ -31,7 +31,8 @@ HEADER_ROOMS = {
     "matcher.h": "engine",
     "neighbour_search.h": "engine",
     "icp_loop.h": "engine",
-    "batch.h": "engine",
+    "device_lane.h": "engine",
+    "batch_lanes.h": "engine",
 }
 
 PCL_ROOMS = {"pcl", "report", "cli"}

@@ -83,6 +83,36 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::setDevice(const De
 }
 
 template <typename PointSource, typename PointTarget, typename Scalar>
+void IterativeClosestPoint<PointSource, PointTarget, Scalar>::enter(DeviceLane& lane)
+{
+  setDevice(lane.device);
+  share_ = lane.share;
+  if (threads_ == 0)
+    threads_ = lane.threads;
+  matcher_ = std::move(lane.matcher);
+  matcher_target_ = std::exchange(lane.matcher_target, 0);
+  matcher_search_ = lane.matcher_search;
+  estimator_ = std::move(lane.estimator);
+  estimator_target_ = 0;
+}
+
+template <typename PointSource, typename PointTarget, typename Scalar>
+void IterativeClosestPoint<PointSource, PointTarget, Scalar>::leave(DeviceLane& lane)
+{
+  share_.reset();
+  matched_source_ = 0;
+  backward_matcher_.reset();
+  // An operation that failed may have left anything behind.
+  const bool usable = result_.reason != Reason::Error && result_.reason != Reason::Cancelled;
+  lane.matcher = usable ? std::move(matcher_) : nullptr;
+  lane.matcher_search = matcher_search_;
+  lane.matcher_target = usable ? matcher_target_ : 0;
+  lane.estimator = usable ? std::move(estimator_) : nullptr;
+  matcher_.reset();
+  estimator_.reset();
+}
+
+template <typename PointSource, typename PointTarget, typename Scalar>
 void IterativeClosestPoint<PointSource, PointTarget, Scalar>::setPipeline(Pipeline pipeline)
 {
   pipeline_ = pipeline;
@@ -150,6 +180,11 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::computeTransformat
     prepare(guess);
     const auto acceleration = accelerated_ ? std::optional(leverOf(takingPart())) : std::nullopt;
     report(iterate(*this, detail::toRigidTransform<Scalar>(guess), acceleration));
+  } catch (const Cancelled& cancelled) {
+    this->converged_ = false;
+    this->final_transformation_ = guess;
+    result_.reason = Reason::Cancelled;
+    result_.message = cancelled.what();
   } catch (const std::exception& error) {
     PCL_ERROR("[pcl_gpu_icp::%s::computeTransformation] %s\n", this->getClassName().c_str(), error.what());
     this->converged_ = false;

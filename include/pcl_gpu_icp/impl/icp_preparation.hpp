@@ -112,12 +112,13 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::prepareMatchingOnD
     const Stopwatch watch(result_.host_times, "start");
     return std::make_unique<Matcher>(device(), search_, detail::precisionFor<Scalar>(device()));
   };
-  if (!matcher_ || matcher_search_ != search_) {
+  if (!matcher_ || matcher_search_ != search_ || matcher_->precision() != detail::precisionFor<Scalar>(device())) {
     matcher_ = make();
     backward_matcher_.reset();
     matcher_search_ = search_;
     matcher_target_ = 0;
   }
+  matcher_->setShare(share_);
   matcher_->setNumberOfThreads(result_.threads);
   {
     // pcl::Registration may have had the tree built before the total was taken.
@@ -148,6 +149,7 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::prepareMatchingOnD
     if (!backward_matcher_)
       backward_matcher_ = make();
     const Stopwatch watch(result_.host_times, "tree");
+    backward_matcher_->setShare(share_);
     backward_matcher_->setNumberOfThreads(result_.threads);
     if (device_searches)
       backward_matcher_->setTarget(takingPart());
@@ -180,10 +182,12 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::prepareEstimator()
   if (!estimatesOnDevice() || increment_from_matching_)
     return;
   const Stopwatch watch(result_.host_times, "start");
-  if (!estimator_) {
-    estimator_ = std::make_unique<RigidEstimator>(device(), pipeline_, detail::precisionFor<Scalar>(device()));
+  const Precision precision = detail::precisionFor<Scalar>(device());
+  if (!estimator_ || estimator_->pipeline() != pipeline_ || estimator_->precision() != precision) {
+    estimator_ = std::make_unique<RigidEstimator>(device(), pipeline_, precision);
     estimator_target_ = 0;
   }
+  estimator_->setShare(share_);
   result_.device = estimator_->device();
   result_.precision = estimator_->precision();
   estimator_->setSource(search::pointsOf(*this->input_));

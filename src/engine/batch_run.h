@@ -1,0 +1,63 @@
+#pragma once
+
+#include "scheduler/executor.h"
+
+#include <pcl_gpu_icp/batch_lanes.h>
+
+#include <condition_variable>
+#include <deque>
+#include <exception>
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace pcl_gpu_icp {
+
+/// The pairs of a batch on their way through the lanes: threads that each take the next pair when they have finished
+/// one. Pairs are numbered from 0.
+class BatchRun {
+public:
+  using Finished = std::function<void(std::size_t pair, const BatchResult&)>;
+
+  struct Pair {
+    std::size_t points;
+    BatchPair align;
+    bool cancelled = false;
+  };
+
+  /// \param first number of the first pair in what is recorded
+  BatchRun(std::vector<Pair> pairs, const BatchSettings& settings, std::size_t first, Finished finished);
+
+  /// \return one result for each pair
+  std::vector<BatchResult> run(const std::vector<Device>& devices);
+
+  /// From any thread.
+  void cancel();
+  void cancel(std::size_t pair);
+
+private:
+  void runLane(scheduler::Executor& executor, const Device& device, std::size_t number);
+  std::optional<scheduler::Plan::Ticket> admitNext();
+  BatchResult align(std::size_t pair, DeviceLane& lane, scheduler::LaneShare& share);
+  void settle(std::size_t pair, BatchResult result);
+  void cancelLocked(std::size_t pair);
+
+  const BatchSettings settings_;
+  const std::size_t first_;
+  const Finished finished_;
+  const scheduler::Executor::Clock::time_point epoch_ = scheduler::Executor::Clock::now();
+
+  std::mutex callback_; ///< one call of finished_ at a time; locked before the other
+  std::mutex mutex_;    ///< of everything below
+  std::condition_variable room_;
+  std::vector<Pair> pairs_;
+  scheduler::Plan admission_;                  ///< of pairs, whose requests are their points; ticket t is pair t - 1
+  std::vector<scheduler::LaneShare*> lane_of_; ///< of the pairs in flight; null of the others
+  std::vector<BatchResult> results_;
+  std::string loss_;           ///< why a device was given up
+  std::exception_ptr failure_; ///< what finished_ threw
+};
+
+} // namespace pcl_gpu_icp
