@@ -59,6 +59,10 @@ public:
 
   const DeviceInfo& info() const;
 
+  /// Divides it into devices of so many compute units each, e.g. to keep some of a CPU's cores for other work.
+  /// \throws DeviceError when it cannot be divided like that
+  std::vector<Device> partition(unsigned compute_units) const;
+
 private:
   friend class opencl::Context;
   explicit Device(std::shared_ptr<const opencl::DeviceHandle> handle);

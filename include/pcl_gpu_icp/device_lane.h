@@ -4,6 +4,7 @@
 #include <pcl_gpu_icp/device_share.h>
 #include <pcl_gpu_icp/matcher.h>
 #include <pcl_gpu_icp/rigid_estimator.h>
+#include <pcl_gpu_icp/search/tree_cache.h>
 
 #include <cstdint>
 #include <memory>
@@ -11,18 +12,27 @@
 
 namespace pcl_gpu_icp {
 
+/// Targets on a device, by the fingerprint of their points: one tree for all lanes that align onto it.
+struct TargetCache {
+  search::TreeCache<search::NearestIndex> indices; ///< on the host
+  search::TreeCache<MatchTarget> trees;            ///< that the device searches
+  search::TreeCache<MatchTarget> leaves;           ///< the points of an index
+};
+
 /// A place on a device where pairs are aligned one after another, beside other lanes: what an aligner is lent, and what
 /// it leaves on the device for the next one.
 struct DeviceLane {
-  explicit DeviceLane(const Device& on, std::shared_ptr<DeviceShare> shared = nullptr)
+  DeviceLane(const Device& on, std::shared_ptr<DeviceShare> shared, std::shared_ptr<TargetCache> cache)
   : device(on)
   , share(std::move(shared))
+  , targets(std::move(cache))
   {
   }
 
   Device device;
-  std::shared_ptr<DeviceShare> share; ///< null: nobody else uses the device
-  unsigned threads = 1;               ///< host threads for an aligner that asks for no number
+  std::shared_ptr<DeviceShare> share;   ///< null: nobody else uses the device
+  std::shared_ptr<TargetCache> targets; ///< null: none are shared
+  unsigned threads = 1;                 ///< host threads for an aligner that asks for no number
 
   std::unique_ptr<Matcher> matcher;
   std::uint64_t matcher_target = 0; ///< fingerprint of the target that it holds; 0: none

@@ -28,7 +28,7 @@ public:
   /// \throws Cancelled
   virtual Grant request(const char* operation, std::size_t work_items) = 0;
 
-  /// Gives back all but so many: the operation that follows needs no more.
+  /// Gives back all but so many, or none: the operation that follows needs no more.
   virtual void narrow(Grant grant, const char* operation, std::size_t work_items) = 0;
 
   /// Gives back what is left.

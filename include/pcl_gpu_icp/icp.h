@@ -151,7 +151,8 @@ private:
   bool usesAllPoints() const { return this->indices_->size() == this->input_->size(); }
 
   std::optional<Device> device_;
-  std::shared_ptr<DeviceShare> share_; ///< of a lane's device
+  std::shared_ptr<DeviceShare> share_; ///< of a lane's device,
+  std::shared_ptr<TargetCache> cache_; ///< and the targets that are there
   Pipeline pipeline_ = Pipeline::Fused;
   CorrespondenceSearch search_ = CorrespondenceSearch::PclKdTree;
   bool accelerated_ = false;
@@ -169,7 +170,6 @@ private:
   std::uint64_t matcher_target_ = 0;          ///< the fingerprint of the points it holds,
   CorrespondenceSearch matcher_search_{};     ///< and what searches them
   std::unique_ptr<Matcher> backward_matcher_; ///< from the target to the source, for reciprocal correspondences
-  search::NearestIndex source_index_;         ///< which that one searches, or a tree of its own
   std::unique_ptr<RigidEstimator> estimator_; ///< where the increment comes from listed correspondences,
   std::uint64_t estimator_target_ = 0;        ///< and the fingerprint of its target points
 

@@ -15,6 +15,10 @@ struct Matches {
   Estimate increment;               ///< takes the matched source points at the pose on to their target points
 };
 
+/// The target of matchers: its points on a device, in the tree that is searched there or on the host. Never changes,
+/// and serves any number of matchers on its device.
+struct MatchTarget;
+
 /// Finds for every source point the nearest target point within a limit, on each iteration at another pose, and
 /// estimates the increment from the pairs. Exact: a point is not searched for again only while a certificate shows that
 /// its match cannot have changed. Everything stays on the device, except the search itself where the target is given
@@ -39,10 +43,12 @@ public:
 
   /// Builds a tree over the target that the device searches.
   /// \throws DeviceError when it does not fit
-  void setTarget(const Points& target);
+  std::shared_ptr<const MatchTarget> makeTarget(const Points& target) const;
 
-  /// The points to search for are handed to `index` in one batch on each iteration. It must outlive its use here.
-  void setTarget(const search::NearestIndex& index);
+  /// The points to search for are handed to `index` in one batch on each iteration.
+  std::shared_ptr<const MatchTarget> makeTarget(std::shared_ptr<const search::NearestIndex> index) const;
+
+  void setTarget(std::shared_ptr<const MatchTarget> target);
 
   /// Distinct finite target points.
   std::size_t targetSize() const;
@@ -63,7 +69,7 @@ public:
   /// The pivot that the source's coordinates are kept about on the device: where a rounded transform must be exact.
   const std::array<double, 3>& sourcePivot() const;
 
-  /// Memory that it holds on the device.
+  /// Memory that it holds on the device, its target's included.
   std::size_t deviceBytes() const;
 
   /// Time per stage and transfer since the last call.

@@ -73,15 +73,15 @@ std::vector<BatchResult> BatchRun::run(const std::vector<Device>& devices)
 {
   const unsigned lanes =
       settings_.lanes > 0 ? settings_.lanes : std::min(2 * effectiveThreads(0), most_lanes_by_default);
-  std::deque<Executor> executors;
+  std::deque<Shared> shared;
   for (const Device& device : devices) {
     const std::size_t capacity = settings_.capacity > 0 ? settings_.capacity : device.info().workItemsAtOnce();
-    executors.emplace_back(Plan(capacity, settings_.policy), executors.size(), settings_.schedule, epoch_);
+    shared.emplace_back(device, Plan(capacity, settings_.policy), shared.size(), *this);
   }
   // Pairs beyond the lanes would only wait, lanes beyond the pairs would have none.
   std::vector<std::thread> threads;
   const auto start = [&](std::size_t device, std::size_t lane) {
-    threads.emplace_back([&, device, lane] { runLane(executors[device], devices[device], lane); });
+    threads.emplace_back([&, device, lane] { runLane(shared[device], lane); });
   };
   try {
     for (std::size_t lane = 0; lane < lanes; ++lane)
@@ -91,7 +91,7 @@ std::vector<BatchResult> BatchRun::run(const std::vector<Device>& devices)
   } catch (const std::system_error&) {
     // The system has no more threads to give: those there are do the work.
   }
-  runLane(executors.front(), devices.front(), 0);
+  runLane(shared.front(), 0);
   for (std::thread& thread : threads)
     thread.join();
 
@@ -103,10 +103,11 @@ std::vector<BatchResult> BatchRun::run(const std::vector<Device>& devices)
   return std::move(results_);
 }
 
-void BatchRun::runLane(Executor& executor, const Device& device, std::size_t number)
+void BatchRun::runLane(Shared& shared, std::size_t number)
 {
-  const auto share = std::make_shared<LaneShare>(executor, number);
-  DeviceLane lane(device, share);
+  const Executor& executor = shared.executor;
+  const auto share = std::make_shared<LaneShare>(shared.executor, number);
+  DeviceLane lane(shared.device, share, shared.targets);
   while (const auto ticket = admitNext()) {
     const std::size_t pair = *ticket - 1;
     const double begin_ms = executor.milliseconds();
@@ -118,7 +119,7 @@ void BatchRun::runLane(Executor& executor, const Device& device, std::size_t num
     settle(pair, std::move(result));
     if (!failed || lane.matcher)
       continue;
-    const std::string loss = lossOf(device);
+    const std::string loss = lossOf(lane.device);
     if (!loss.empty()) {
       const std::lock_guard<std::mutex> lock(mutex_);
       loss_ = loss;

@@ -8,9 +8,11 @@
 #include <deque>
 #include <exception>
 #include <functional>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace pcl_gpu_icp {
@@ -38,7 +40,20 @@ public:
   void cancel(std::size_t pair);
 
 private:
-  void runLane(scheduler::Executor& executor, const Device& device, std::size_t number);
+  /// What the lanes of a device have in common.
+  struct Shared {
+    Device device;
+    scheduler::Executor executor;
+    std::shared_ptr<TargetCache> targets = std::make_shared<TargetCache>();
+
+    Shared(const Device& on, scheduler::Plan plan, std::size_t number, const BatchRun& run)
+    : device(on)
+    , executor(std::move(plan), number, run.settings_.schedule, run.epoch_)
+    {
+    }
+  };
+
+  void runLane(Shared& shared, std::size_t number);
   std::optional<scheduler::Plan::Ticket> admitNext();
   BatchResult align(std::size_t pair, DeviceLane& lane, scheduler::LaneShare& share);
   void settle(std::size_t pair, BatchResult result);

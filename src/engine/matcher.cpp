@@ -39,25 +39,34 @@ double squaredDistance(const std::array<double, 3>& a, const float* b)
   return sum;
 }
 
+/// A cloud as the device has it.
+struct Cloud {
+  std::vector<PlacedPoint> points; ///< in the device's order
+  std::array<double, 3> pivot{};
+  float rounding = 0;
+
+  void place(const Points& cloud, unsigned threads)
+  {
+    pivot = search::pivotOf(cloud);
+    points = search::finitePoints(cloud, pivot, threads);
+    rounding = roundingOf(points, pivot);
+  }
+};
+
 } // namespace
 
+struct MatchTarget {
+  Cloud cloud;
+  stages::TargetPoints on_device;
+  std::shared_ptr<const search::NearestIndex> index; ///< null: the device searches
+  float spacing = 0;                                 ///< between the points
+  std::size_t device_bytes = 0;
+};
+
 struct Matcher::Implementation {
-  /// A cloud as the device has it.
-  struct Cloud {
-    std::vector<PlacedPoint> points; ///< in the device's order
-    std::array<double, 3> pivot{};
-    float rounding = 0;
-
-    void place(const Points& cloud, unsigned threads)
-    {
-      pivot = search::pivotOf(cloud);
-      points = search::finitePoints(cloud, pivot, threads);
-      rounding = roundingOf(points, pivot);
-    }
-  };
-
-  Implementation(const Device& device, const opencl::Traits& traits, Precision wanted_precision)
-  : precision(traits.fp64 ? wanted_precision : Precision::Float)
+  Implementation(const Device& on, const opencl::Traits& traits, Precision wanted_precision)
+  : device(on)
+  , precision(traits.fp64 ? wanted_precision : Precision::Float)
   , queue(device, traits, stages::buildOptions(traits, precision))
   {
   }
@@ -65,7 +74,7 @@ struct Matcher::Implementation {
   bool isDouble() const { return precision == Precision::Double; }
   std::size_t realBytes() const { return isDouble() ? sizeof(double) : sizeof(float); }
 
-  DevicePose onDevice(const RigidTransform& pose) const { return {pose, source.pivot, target.pivot}; }
+  DevicePose onDevice(const RigidTransform& pose) const { return {pose, source.pivot, target->cloud.pivot}; }
 
   /// Looking for more than the nearest pays while what is found lasts: several of the steps to come, which shrink. On
   /// the device it pays only once steps are short, on the host, where a search costs ten times as much, from the start.
@@ -74,7 +83,8 @@ struct Matcher::Implementation {
     stages::SearchEffort effort;
     effort.limit_sq = nextUp(max_squared_distance);
     const double step = motion.stepTo(pose);
-    if (index)
+    const float spacing = target->spacing;
+    if (target->index)
       effort.slack = static_cast<float>(std::min(4 * step + 0.2 * spacing, 1.0 * spacing));
     else if (step < 0.1 * spacing)
       effort.slack = static_cast<float>(5 * step);
@@ -92,7 +102,8 @@ struct Matcher::Implementation {
   {
     parallelFor(count, search::queries_at_a_time, effectiveThreads(threads), [&](std::size_t begin, std::size_t end) {
       for (std::size_t j = begin; j < end; ++j) {
-        const auto neighbours = index->neighbourhood(queries[j].xyz, queries[j].radius_sq, effort.slack, effort.kept);
+        const auto neighbours =
+            target->index->neighbourhood(queries[j].xyz, queries[j].radius_sq, effort.slack, effort.kept);
         for (std::size_t k = 0; k < KEPT_CANDIDATES; ++k)
           positions[j + k * count] = neighbours.rows[k];
         reaches[j] = std::sqrt(std::min(neighbours.squared_distances[1], neighbours.bound_sq));
@@ -105,7 +116,7 @@ struct Matcher::Implementation {
   Matches solution()
   {
     queue.reserve(summary, isDouble() ? sizeof(MatchSummary<double>) : sizeof(MatchSummary<float>));
-    stage.solve(queue, source_rows, source.rounding * target.rounding, summary);
+    stage.solve(queue, source_rows, source.rounding * target->cloud.rounding, summary);
     return isDouble() ? read<double>() : read<float>();
   }
 
@@ -128,14 +139,22 @@ struct Matcher::Implementation {
     return matches;
   }
 
+  /// Puts a target on the device by a queue of its own, which waits: matchers use it on other queues.
+  template <typename Pack>
+  void fill(MatchTarget& made, const Pack& pack) const
+  {
+    opencl::Queue own(device, queue.traits(), "");
+    pack(own);
+    own.finish();
+    made.device_bytes = own.allocated();
+  }
+
+  Device device;
   Precision precision;
   opencl::Queue queue;
   unsigned threads = 0;
 
-  Cloud target;
-  stages::TargetPoints target_points;
-  const search::NearestIndex* index = nullptr; ///< null: the device searches
-  float spacing = 0;                           ///< between target points
+  std::shared_ptr<const MatchTarget> target = std::make_shared<MatchTarget>();
 
   Cloud source; ///< a point's position is its place in source_positions
   stages::SourcePoints source_rows;
@@ -151,13 +170,13 @@ Matcher::Matcher(const Device& device, CorrespondenceSearch search, Precision pr
 {
   const float points[] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
   const Points cloud{points, 3, 3 * sizeof(float)};
-  search::NearestIndex index;
   if (search == CorrespondenceSearch::PclKdTree) {
-    index.build(cloud);
-    setTarget(index);
+    const auto index = std::make_shared<search::NearestIndex>();
+    index->build(cloud);
+    setTarget(makeTarget(index));
   }
   else
-    setTarget(cloud);
+    setTarget(makeTarget(cloud));
   setSource(cloud);
   match({}, 1);
   meanSquaredDistance({});
@@ -180,31 +199,40 @@ const DeviceInfo& Matcher::device() const { return implementation_->queue.info()
 Precision Matcher::precision() const { return implementation_->precision; }
 void Matcher::setShare(std::shared_ptr<DeviceShare> share) { implementation_->queue.setShare(std::move(share)); }
 void Matcher::setNumberOfThreads(unsigned threads) { implementation_->threads = threads; }
-std::size_t Matcher::targetSize() const { return implementation_->target.points.size(); }
+std::size_t Matcher::targetSize() const { return implementation_->target->cloud.points.size(); }
 const std::array<double, 3>& Matcher::sourcePivot() const { return implementation_->source.pivot; }
 
-void Matcher::setTarget(const Points& target)
+std::shared_ptr<const MatchTarget> Matcher::makeTarget(const Points& target) const
 {
-  Implementation& self = *implementation_;
-  const unsigned threads = effectiveThreads(self.threads);
-  self.index = nullptr;
-  self.target.place(target, threads);
-  search::dropCoincident(self.target.points);
-  search::sortIntoLeaves(self.target.points, threads);
-  self.spacing = search::spacingOf(self.target.points);
-  stages::packTree(self.queue, search::BoxTree(self.target.points, threads), self.target_points);
-  self.stage.restart(self.queue, self.source_rows);
+  const unsigned threads = effectiveThreads(implementation_->threads);
+  const auto made = std::make_shared<MatchTarget>();
+  auto& points = made->cloud.points;
+  made->cloud.place(target, threads);
+  search::dropCoincident(points);
+  search::sortIntoLeaves(points, threads);
+  made->spacing = search::spacingOf(points);
+  implementation_->fill(
+      *made, [&](opencl::Queue& queue) { stages::packTree(queue, search::BoxTree(points, threads), made->on_device); });
+  return made;
 }
 
-void Matcher::setTarget(const search::NearestIndex& index)
+std::shared_ptr<const MatchTarget> Matcher::makeTarget(std::shared_ptr<const search::NearestIndex> index) const
+{
+  const auto made = std::make_shared<MatchTarget>();
+  made->cloud.points = index->points();
+  made->cloud.pivot = index->pivot();
+  made->cloud.rounding = roundingOf(index->points(), index->pivot());
+  made->spacing = index->spacing();
+  implementation_->fill(*made,
+                        [&](opencl::Queue& queue) { stages::packLeaves(queue, index->points(), made->on_device); });
+  made->index = std::move(index);
+  return made;
+}
+
+void Matcher::setTarget(std::shared_ptr<const MatchTarget> target)
 {
   Implementation& self = *implementation_;
-  self.index = &index;
-  self.target.points = index.points();
-  self.target.pivot = index.pivot();
-  self.target.rounding = roundingOf(index.points(), index.pivot());
-  self.spacing = index.spacing();
-  stages::packLeaves(self.queue, index.points(), self.target_points);
+  self.target = std::move(target);
   self.stage.restart(self.queue, self.source_rows);
 }
 
@@ -231,8 +259,9 @@ Matches Matcher::match(const RigidTransform& pose, float max_squared_distance)
   Matches matches;
   if (self.source_rows.count > 0) {
     const stages::SearchEffort effort = self.effortFor(pivoted, max_squared_distance);
-    if (!self.index) {
-      self.stage.searchOnDevice(self.queue, self.source_rows, self.target_points, pivoted, effort, self.realBytes());
+    if (!self.target->index) {
+      self.stage.searchOnDevice(
+          self.queue, self.source_rows, self.target->on_device, pivoted, effort, self.realBytes());
       matches = self.solution();
     }
     else {
@@ -240,8 +269,8 @@ Matches Matcher::match(const RigidTransform& pose, float max_squared_distance)
         self.searchIndex(effort, queries, count, positions, reaches);
       };
       const std::size_t searched =
-          self.stage.searchOnHost(self.queue, self.source_rows, self.target_points, pivoted, effort, search);
-      self.stage.sum(self.queue, self.source_rows, self.target_points, pivoted, self.realBytes());
+          self.stage.searchOnHost(self.queue, self.source_rows, self.target->on_device, pivoted, effort, search);
+      self.stage.sum(self.queue, self.source_rows, self.target->on_device, pivoted, self.realBytes());
       matches = self.solution();
       matches.searched = searched;
     }
@@ -257,7 +286,7 @@ double Matcher::meanSquaredDistance(const RigidTransform& pose)
   Implementation& self = *implementation_;
   if (self.source_rows.count == 0)
     return 0;
-  self.stage.sum(self.queue, self.source_rows, self.target_points, self.onDevice(pose).pivoted(), self.realBytes());
+  self.stage.sum(self.queue, self.source_rows, self.target->on_device, self.onDevice(pose).pivoted(), self.realBytes());
   return self.solution().mean_squared_distance;
 }
 
@@ -265,8 +294,8 @@ std::vector<Correspondence> Matcher::correspondences(const RigidTransform& pose)
 {
   Implementation& self = *implementation_;
   const auto& source = self.source.points;
-  const auto& target = self.target.points;
-  const RigidTransform pivoted = recentred(pose, self.source.pivot, self.target.pivot);
+  const auto& target = self.target->cloud.points;
+  const RigidTransform pivoted = recentred(pose, self.source.pivot, self.target->cloud.pivot);
   std::vector<Correspondence> by_place(source.size());
   self.queue.download(self.stage.matches(), source.size() * sizeof(cl_int), [&](const void* memory) {
     const auto* matches = static_cast<const cl_int*>(memory);
@@ -286,7 +315,10 @@ std::vector<Correspondence> Matcher::correspondences(const RigidTransform& pose)
   return by_place;
 }
 
-std::size_t Matcher::deviceBytes() const { return implementation_->queue.allocated(); }
+std::size_t Matcher::deviceBytes() const
+{
+  return implementation_->queue.allocated() + implementation_->target->device_bytes;
+}
 
 StageTimes Matcher::takeTimes()
 {

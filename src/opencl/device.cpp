@@ -152,6 +152,24 @@ Device::Device(std::shared_ptr<const opencl::DeviceHandle> handle)
 
 const DeviceInfo& Device::info() const { return handle_->info; }
 
+std::vector<Device> Device::partition(unsigned compute_units) const
+{
+  opencl::refuseAfterFork();
+  const cl_device_partition_property equally[] = {
+      CL_DEVICE_PARTITION_EQUALLY, static_cast<cl_device_partition_property>(compute_units), 0};
+  return opencl::translated(info().name, "", [&] {
+    std::vector<cl::Device> parts;
+    cl::Device(handle_->device).createSubDevices(equally, &parts);
+    const cl::Platform platform(handle_->device.getInfo<CL_DEVICE_PLATFORM>());
+    std::vector<Device> devices;
+    for (const cl::Device& part : parts) {
+      const DeviceInfo described = describe(platform, info().platform_index, part, info().device_index);
+      devices.push_back(Device(std::make_shared<opencl::DeviceHandle>(opencl::DeviceHandle{described, part})));
+    }
+    return devices;
+  });
+}
+
 std::vector<Device> Device::list()
 {
   opencl::refuseAfterFork();

@@ -230,21 +230,21 @@ void Queue::enqueuePart(const char* stage, Kernel& kernel, const WorkSize& size,
 
 void Queue::obtain(const char* stage, std::size_t work_items)
 {
-  if (grant_ != 0 && work_items != granted_) {
-    const bool fewer = work_items < granted_;
+  // What another launch still runs on is not given away.
+  if (grant_ != 0 && work_items != granted_)
     translated(info().name, "", [&] { queue_.finish(); });
-    if (fewer)
-      share_->narrow(grant_, stage, work_items);
-    else
-      giveBack();
-  }
-  if (grant_ == 0)
+  if (work_items > granted_)
+    giveBack();
+  if (grant_ != 0)
+    share_->narrow(grant_, stage, work_items);
+  else
     grant_ = share_->request(stage, work_items);
   granted_ = work_items;
 }
 
 void Queue::giveBack() noexcept
 {
+  granted_ = 0;
   if (grant_ != 0)
     share_->release(std::exchange(grant_, 0));
 }

@@ -83,11 +83,13 @@ DeviceShare::Grant LaneShare::request(const char* operation, std::size_t work_it
 
 void LaneShare::narrow(Grant grant, const char* operation, std::size_t work_items)
 {
+  if (operation == operation_ && work_items == work_items_)
+    return;
   record(operation_, work_items_, operation_begin_ms_);
   operation_ = operation;
-  work_items_ = work_items;
   operation_begin_ms_ = executor_.milliseconds();
-  executor_.narrow(grant, work_items);
+  if (std::exchange(work_items_, work_items) != work_items)
+    executor_.narrow(grant, work_items);
 }
 
 void LaneShare::release(Grant grant) noexcept

@@ -3,6 +3,7 @@
 // search.
 #include "device_cases.h"
 #include "engine/matcher_internals.h"
+#include "generous_share.h"
 #include "reference.h"
 
 #include <cmath>
@@ -69,11 +70,12 @@ public:
     source_ = source;
     target_ = target;
     if (search_ == Search::PclKdTree) {
-      index_.build(viewOf(target_));
-      matcher_.setTarget(index_);
+      const auto index = std::make_shared<search::NearestIndex>();
+      index->build(viewOf(target_));
+      matcher_.setTarget(matcher_.makeTarget(index));
     }
     else
-      matcher_.setTarget(viewOf(target_));
+      matcher_.setTarget(matcher_.makeTarget(viewOf(target_)));
     matcher_.setSource(viewOf(source_));
   }
 
@@ -135,7 +137,6 @@ public:
 private:
   Search search_;
   Matcher matcher_;
-  search::NearestIndex index_;
   Cloud source_, target_;
   Isometry3d pose_ = Isometry3d::Identity();
   float limit_ = infinity;
@@ -299,6 +300,55 @@ TEST_P(Matching, WhatWasFoundBeforeDoesNotChangeABit)
     EXPECT_EQ(experienced.increment.transform.rotation, naive.increment.transform.rotation);
     EXPECT_EQ(experienced.increment.transform.translation, naive.increment.transform.translation);
     EXPECT_EQ(experienced.increment.pairs, naive.increment.pairs);
+  }
+}
+
+TEST_P(Matching, OnAShareOfTheDeviceTheSameBits)
+{
+  Random random(9);
+  const Cloud target = random.cloud(affordable(2000)), source = random.cloud(affordable(1900));
+  const auto run = [&](const std::shared_ptr<DeviceShare>& share) {
+    rig_.matcher().setShare(share);
+    rig_.set(source, target);
+    rig_.match(Isometry3d::Identity(), 1.0F);
+    return rig_.match(motion({0, 0, 1}, 0.01, {0.02, 0, 0}), 1.0F);
+  };
+  const Matches alone = run(nullptr);
+  for (const std::size_t capacity : {1, 3, 300, 100'000}) {
+    const auto share = std::make_shared<GenerousShare>(capacity);
+    const Matches shared = run(share);
+    EXPECT_EQ(shared.mean_squared_distance, alone.mean_squared_distance);
+    EXPECT_EQ(shared.searched, alone.searched);
+    EXPECT_EQ(shared.increment.transform.rotation, alone.increment.transform.rotation);
+    EXPECT_EQ(shared.increment.transform.translation, alone.increment.transform.translation);
+    ASSERT_FALSE(share->log.empty());
+    EXPECT_EQ(share->log.back(), "release");
+    // Launches for more than the capacity are whole work-groups in passes.
+    const std::size_t group =
+        GetParam().device.traits.shape == opencl::Shape::Chunked ? 1 : GetParam().device.traits.work_group_size;
+    for (const std::string& entry : share->log)
+      EXPECT_TRUE(entry == "release" || std::stoull(entry.substr(entry.find(' '))) <= std::max(capacity, group));
+  }
+}
+
+TEST_P(Matching, MatchersShareATarget)
+{
+  Random random(10);
+  const Cloud target = random.cloud(affordable(1000)), source = random.cloud(affordable(500));
+  rig_.set(source, target);
+  const Matches alone = rig_.match(Isometry3d::Identity());
+  Matcher first = makeMatcher(GetParam().device.device, GetParam().device.traits, GetParam().device.precision);
+  Matcher second = makeMatcher(GetParam().device.device, GetParam().device.traits, GetParam().device.precision);
+  const auto index = std::make_shared<search::NearestIndex>();
+  index->build(viewOf(target));
+  const auto shared =
+      GetParam().search == Search::PclKdTree ? first.makeTarget(index) : first.makeTarget(viewOf(target));
+  for (Matcher* matcher : {&first, &second}) {
+    matcher->setTarget(shared);
+    matcher->setSource(viewOf(source));
+    const Matches matches = matcher->match({}, infinity);
+    EXPECT_EQ(matches.increment.transform.rotation, alone.increment.transform.rotation);
+    EXPECT_EQ(matches.increment.transform.translation, alone.increment.transform.translation);
   }
 }
 

@@ -1,5 +1,6 @@
 // Queue: data to the device and back, launches, limits, times.
 #include "device_cases.h"
+#include "generous_share.h"
 #include "opencl/queue.h"
 #include "scoped_directory.h"
 #include "scoped_environment.h"
@@ -188,6 +189,59 @@ TEST_P(QueueOf, RefusesABufferOverTheLimitWithBothNumbers)
       EXPECT_NE(what.find(part), std::string::npos) << what;
   }
   EXPECT_EQ(buffer.capacity(), 4096U) << "what was there is kept";
+}
+
+using Log = std::vector<std::string>;
+
+TEST_P(QueueOf, AsksForTheWorkItemsOfEachLaunch)
+{
+  const auto share = std::make_shared<GenerousShare>(100);
+  queue().setShare(share);
+  Buffer buffer("numbers");
+  upload(buffer, std::vector<int>(64, 1));
+  EXPECT_EQ(share->log, Log{}) << "copying is no operation";
+  twice(buffer, 64);
+  twice(buffer, 64);
+  twice(buffer, 32);
+  twice(buffer, 16);
+  twice(buffer, 48);
+  EXPECT_EQ(share->log, (Log{"request 64", "narrow 64", "narrow 32", "narrow 16", "release", "request 48"}));
+  share->log.clear();
+  const auto values = download(buffer, 64);
+  EXPECT_EQ(share->log, Log{"release"}) << "before the host looks at them";
+  EXPECT_EQ(values[0], 32);
+  EXPECT_EQ(values[20], 16);
+  EXPECT_EQ(values[63], 4);
+  queue().finish();
+  EXPECT_EQ(share->log, Log{"release"}) << "once";
+}
+
+TEST_P(QueueOf, RunsALaunchForMoreThanTheDeviceHasInPasses)
+{
+  const auto share = std::make_shared<GenerousShare>(10);
+  queue().setShare(share);
+  Buffer buffer("numbers");
+  std::vector<int> expected(24);
+  std::iota(expected.begin(), expected.end(), 1);
+  upload(buffer, expected);
+  twice(buffer, expected.size());
+  for (int& value : expected)
+    value *= 2;
+  EXPECT_EQ(download(buffer, expected.size()), expected);
+  EXPECT_EQ(share->log, (Log{"request 10", "release", "request 10", "release", "request 4", "release"}));
+}
+
+TEST_P(QueueOf, GivesBackWhatItHoldsInTheEnd)
+{
+  const auto share = std::make_shared<GenerousShare>(100);
+  {
+    Queue queue(GetParam().device, GetParam().traits, "-cl-std=CL1.2");
+    queue.setShare(share);
+    Buffer buffer("numbers");
+    queue.upload(buffer, 4, [](void* memory) { *static_cast<int*>(memory) = 1; });
+    queue.launch("twice", {"double.cl", "twice"}, {cl::NDRange(1), cl::NDRange(1)}, buffer, cl_int(1));
+  }
+  EXPECT_EQ(share->log, (Log{"request 1", "release"}));
 }
 
 RUN_WITH_EVERY_MEMORY(QueueOf);

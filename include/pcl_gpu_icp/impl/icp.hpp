@@ -87,6 +87,9 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::enter(DeviceLane& 
 {
   setDevice(lane.device);
   share_ = lane.share;
+  cache_ = lane.targets;
+  nearest_tree_->setCache(cache_ ? std::shared_ptr<search::TreeCache<search::NearestIndex>>(cache_, &cache_->indices)
+                                 : nullptr);
   if (threads_ == 0)
     threads_ = lane.threads;
   matcher_ = std::move(lane.matcher);
@@ -100,6 +103,8 @@ template <typename PointSource, typename PointTarget, typename Scalar>
 void IterativeClosestPoint<PointSource, PointTarget, Scalar>::leave(DeviceLane& lane)
 {
   share_.reset();
+  cache_.reset();
+  nearest_tree_->setCache(nullptr);
   matched_source_ = 0;
   backward_matcher_.reset();
   // An operation that failed may have left anything behind.

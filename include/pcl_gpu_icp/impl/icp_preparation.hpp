@@ -132,10 +132,14 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::prepareMatchingOnD
         device_searches ? search::fingerprintOf(search::pointsOf(*this->target_)) : nearest_tree_->fingerprint();
     if (matcher_target_ != target) {
       matcher_target_ = 0;
-      if (device_searches)
-        matcher_->setTarget(search::pointsOf(*this->target_));
+      const auto make_target = [&] {
+        return device_searches ? matcher_->makeTarget(search::pointsOf(*this->target_))
+                               : matcher_->makeTarget(nearest_tree_->index());
+      };
+      if (cache_)
+        matcher_->setTarget((device_searches ? cache_->trees : cache_->leaves).get(target, make_target));
       else
-        matcher_->setTarget(*nearest_tree_->index());
+        matcher_->setTarget(make_target());
       matcher_target_ = target;
     }
   }
@@ -152,10 +156,11 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::prepareMatchingOnD
     backward_matcher_->setShare(share_);
     backward_matcher_->setNumberOfThreads(result_.threads);
     if (device_searches)
-      backward_matcher_->setTarget(takingPart());
+      backward_matcher_->setTarget(backward_matcher_->makeTarget(takingPart()));
     else {
-      source_index_.build(takingPart());
-      backward_matcher_->setTarget(source_index_);
+      const auto source_index = std::make_shared<search::NearestIndex>();
+      source_index->build(takingPart());
+      backward_matcher_->setTarget(backward_matcher_->makeTarget(source_index));
     }
     backward_matcher_->setSource(search::pointsOf(*this->target_));
   }

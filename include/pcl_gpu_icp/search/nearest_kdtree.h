@@ -3,6 +3,7 @@
 #include <pcl_gpu_icp/search/coordinate_kdtree.h>
 #include <pcl_gpu_icp/search/nearest_index.h>
 #include <pcl_gpu_icp/search/points_of.h>
+#include <pcl_gpu_icp/search/tree_cache.h>
 #include <pcl_gpu_icp/stopwatch.h>
 
 #include <pcl/search/kdtree.h>
@@ -45,7 +46,10 @@ public:
                    unsigned int max_nn = 0) const override;
 
   /// The index that answers, or null when the caller's settings call for PCL's own tree.
-  const NearestIndex* index() const { return this->usesDefaults() ? &index_ : nullptr; }
+  std::shared_ptr<const NearestIndex> index() const { return this->usesDefaults() ? index_ : nullptr; }
+
+  /// Where to look for an index of the same points before building one; null, the default: nowhere.
+  void setCache(std::shared_ptr<TreeCache<NearestIndex>> cache) { cache_ = std::move(cache); }
 
   /// Whether setInputCloud() leaves the building to refresh() or to the first query.
   void setDeferred(bool deferred) { deferred_ = deferred; }
@@ -73,7 +77,8 @@ private:
 
   bool deferred_ = false;
   std::unique_ptr<std::once_flag> due_; ///< set while a building is deferred
-  NearestIndex index_;
+  std::shared_ptr<const NearestIndex> index_ = std::make_shared<NearestIndex>();
+  std::shared_ptr<TreeCache<NearestIndex>> cache_;
   std::uint64_t fingerprint_ = 0;
   unsigned long revision_ = 0;
   StageTimes times_;
@@ -106,7 +111,12 @@ void NearestKdTree<PointT>::build()
   const std::uint64_t fingerprint = fingerprintOf(points);
   const bool unchanged = revision_ > 0 && fingerprint == fingerprint_;
   if (!unchanged) {
-    index_.build(points);
+    const auto build_index = [&] {
+      const auto index = std::make_shared<NearestIndex>();
+      index->build(points);
+      return index;
+    };
+    index_ = cache_ ? cache_->get(fingerprint, build_index) : build_index();
     fingerprint_ = fingerprint;
     ++revision_;
   }
@@ -124,7 +134,7 @@ int NearestKdTree<PointT>::nearestKSearch(const PointT& point,
   if (k != 1 || !this->usesDefaults())
     return this->pclTree()->nearestKSearch(point, k, indices, distances);
   buildIfDeferred();
-  const Neighbour neighbour = index_.nearest(&point.x);
+  const Neighbour neighbour = index_->nearest(&point.x);
   // Callers in PCL read entry 0 whatever is returned.
   indices.assign(1, neighbour.index);
   distances.assign(1, neighbour.squared_distance);
