@@ -26,6 +26,16 @@ double milliseconds(const cl::Event& event)
   return end > start ? static_cast<double>(end - start) * 1e-6 : 0.0;
 }
 
+std::size_t widthOf(const WorkSize& size)
+{
+  return *std::max_element(size.global.get(), size.global.get() + size.global.dimensions());
+}
+
+bool hasOffset(const cl::NDRange& offset)
+{
+  return std::any_of(offset.get(), offset.get() + offset.dimensions(), [](std::size_t o) { return o != 0; });
+}
+
 } // namespace
 
 Queue::Queue(const Device& device, const Traits& traits, std::string build_options)
@@ -50,7 +60,7 @@ Queue::~Queue()
   } catch (const cl::Error&) {
     // The device is gone; its memory with it.
   }
-  giveBack();
+  settle();
 }
 
 void Queue::setShare(std::shared_ptr<DeviceShare> share)
@@ -64,12 +74,14 @@ void Queue::reserve(Buffer& buffer, std::size_t bytes)
 {
   if (bytes <= buffer.capacity_)
     return;
-  if (bytes > traits_.max_allocation)
+  if (bytes > traits_.max_allocation) {
+    abandon();
     throw DeviceError({CL_MEM_OBJECT_ALLOCATION_FAILURE, "clCreateBuffer", "", info().name},
                       "the " + buffer.what_ + " need " + std::to_string(bytes) + " bytes, the device allows " +
                           std::to_string(traits_.max_allocation) +
                           " in one buffer; downsample the clouds or choose another device");
-  translated(info().name, "", [&] {
+  }
+  guarded("", [&] {
     const std::size_t capacity = std::min(roomy(bytes), traits_.max_allocation);
     buffer.buffer_ = cl::Buffer();
     allocated_ -= std::exchange(buffer.capacity_, 0);
@@ -83,7 +95,7 @@ void* Queue::pinned(std::size_t bytes)
 {
   if (bytes > staging_.capacity_) {
     const std::size_t capacity = roomy(bytes);
-    translated(info().name, "", [&] {
+    guarded("", [&] {
       if (staging_memory_)
         queue_.enqueueUnmapMemObject(staging_.buffer_, staging_memory_);
       staging_memory_ = nullptr;
@@ -103,11 +115,11 @@ void Queue::upload(Buffer& buffer, std::size_t bytes, const std::function<void(v
     return;
   refuseAfterFork();
   reserve(buffer, bytes);
-  translated(info().name, "", [&] {
+  guarded("", [&] {
     cl::Event event;
     if (traits_.mapped_memory) {
       void* memory = queue_.enqueueMapBuffer(buffer.buffer_, CL_TRUE, CL_MAP_WRITE_INVALIDATE_REGION, 0, bytes);
-      giveBack();
+      settle();
       try {
         fill(memory);
       } catch (...) {
@@ -121,7 +133,7 @@ void Queue::upload(Buffer& buffer, std::size_t bytes, const std::function<void(v
       void* memory = pinned(bytes);
       fill(memory);
       queue_.enqueueWriteBuffer(buffer.buffer_, CL_TRUE, 0, bytes, memory, nullptr, &event);
-      giveBack();
+      settle();
     }
     pending_.emplace_back("upload", std::move(event));
   });
@@ -132,11 +144,11 @@ void Queue::download(const Buffer& buffer, std::size_t bytes, const std::functio
   if (bytes == 0)
     return;
   refuseAfterFork();
-  translated(info().name, "", [&] {
+  guarded("", [&] {
     cl::Event event;
     if (traits_.mapped_memory) {
       void* memory = queue_.enqueueMapBuffer(buffer.buffer_, CL_TRUE, CL_MAP_READ, 0, bytes, nullptr, &event);
-      giveBack();
+      settle();
       try {
         use(memory);
       } catch (...) {
@@ -148,7 +160,7 @@ void Queue::download(const Buffer& buffer, std::size_t bytes, const std::functio
     else {
       void* memory = pinned(bytes);
       queue_.enqueueReadBuffer(buffer.buffer_, CL_TRUE, 0, bytes, memory, nullptr, &event);
-      giveBack();
+      settle();
       use(memory);
     }
     pending_.emplace_back("download", std::move(event));
@@ -160,8 +172,8 @@ void Queue::download(const Buffer& buffer, std::size_t bytes, const std::functio
 void Queue::finish()
 {
   refuseAfterFork();
-  translated(info().name, "", [&] { queue_.finish(); });
-  giveBack();
+  guarded("", [&] { queue_.finish(); });
+  settle();
 }
 
 Profile Queue::takeProfile()
@@ -174,7 +186,7 @@ void Queue::account()
 {
   finish();
   settled_ = std::exchange(pending_, {});
-  translated(info().name, "", [&] {
+  guarded("", [&] {
     for (const auto& [stage, event] : settled_)
       profile_.add(stage, milliseconds(event));
   });
@@ -186,8 +198,9 @@ Queue::Kernel& Queue::kernelObject(const KernelName& name)
   Kernel& kernel = kernels_[name.file + "/" + name.name];
   if (!kernel.handle()) {
     const cl::Program program = context_->program(name.file, build_options_);
-    translated(info().name, name.name, [&] {
+    guarded(name.name, [&] {
       kernel.handle = cl::Kernel(program, name.name.c_str());
+      kernel.name = name.file + ' ' + name.name + ' ' + build_options_;
       kernel.at_once =
           info().compute_units * kernel.handle.getWorkGroupInfo<CL_KERNEL_WORK_GROUP_SIZE>(context_->device());
     });
@@ -198,7 +211,16 @@ Queue::Kernel& Queue::kernelObject(const KernelName& name)
 void Queue::enqueue(const char* stage, const KernelName& name, Kernel& kernel, const WorkSize& size)
 {
   const auto part = [&](const WorkSize& part_size, const cl::NDRange& offset) {
-    translated(info().name, name.name, [&] { enqueuePart(stage, kernel, part_size, offset); });
+    KernelVariants* variants = KernelVariants::of(info(), kernel.name, size.local);
+    guarded(name.name, [&] {
+      if (variants && !variants->tryJoin(widthOf(part_size), hasOffset(offset)))
+        enqueueAlone(*variants, stage, kernel, part_size, offset);
+      else {
+        if (variants)
+          joined_.push_back(variants);
+        enqueuePart(stage, kernel, part_size, offset);
+      }
+    });
   };
   if (!share_) {
     part(size, cl::NullRange);
@@ -228,11 +250,30 @@ void Queue::enqueuePart(const char* stage, Kernel& kernel, const WorkSize& size,
   pending_.emplace_back(stage, std::move(event));
 }
 
+void Queue::enqueueAlone(
+    KernelVariants& variants, const char* stage, Kernel& kernel, const WorkSize& size, const cl::NDRange& offset)
+{
+  // Who waits for others to finish must not keep them waiting.
+  queue_.finish();
+  leaveVariants();
+  variants.beginAlone(widthOf(size), hasOffset(offset));
+  try {
+    enqueuePart(stage, kernel, size, offset);
+    queue_.finish();
+  } catch (...) {
+    variants.endAlone();
+    throw;
+  }
+  variants.endAlone();
+}
+
 void Queue::obtain(const char* stage, std::size_t work_items)
 {
   // What another launch still runs on is not given away.
-  if (grant_ != 0 && work_items != granted_)
-    translated(info().name, "", [&] { queue_.finish(); });
+  if (grant_ != 0 && work_items != granted_) {
+    guarded("", [&] { queue_.finish(); });
+    leaveVariants();
+  }
   if (work_items > granted_)
     giveBack();
   if (grant_ != 0)
@@ -240,6 +281,29 @@ void Queue::obtain(const char* stage, std::size_t work_items)
   else
     grant_ = share_->request(stage, work_items);
   granted_ = work_items;
+}
+
+void Queue::abandon() noexcept
+{
+  try {
+    queue_.finish();
+  } catch (const cl::Error&) {
+    // Then nothing of it runs any more.
+  }
+  settle();
+}
+
+void Queue::settle() noexcept
+{
+  leaveVariants();
+  giveBack();
+}
+
+void Queue::leaveVariants() noexcept
+{
+  for (KernelVariants* variants : joined_)
+    variants->leave();
+  joined_.clear();
 }
 
 void Queue::giveBack() noexcept

@@ -3,6 +3,7 @@
 #include "cl.h"
 #include "context.h"
 #include "error.h"
+#include "kernel_variants.h"
 #include "profile.h"
 
 #include <pcl_gpu_icp/device_share.h>
@@ -80,7 +81,7 @@ public:
   void launch(const char* stage, const KernelName& kernel, const WorkSize& size, const Arguments&... arguments)
   {
     Kernel& object = kernelObject(kernel);
-    translated(info().name, kernel.name, [&] {
+    guarded(kernel.name, [&] {
       cl_uint index = 0;
       (setArgument(object.handle, index++, arguments), ...);
     });
@@ -108,13 +109,31 @@ private:
 
   struct Kernel {
     cl::Kernel handle;
+    std::string name;        ///< with its file and build options
     std::size_t at_once = 0; ///< work-items that the device holds of it
   };
 
   Kernel& kernelObject(const KernelName& kernel);
   void enqueue(const char* stage, const KernelName& name, Kernel& kernel, const WorkSize& size);
   void enqueuePart(const char* stage, Kernel& kernel, const WorkSize& size, const cl::NDRange& offset);
+  void enqueueAlone(
+      KernelVariants& variants, const char* stage, Kernel& kernel, const WorkSize& size, const cl::NDRange& offset);
   void obtain(const char* stage, std::size_t work_items);
+  /// Runs `call` as translated() does. Where it fails, nobody waits for what was enqueued here.
+  template <typename Call>
+  auto guarded(const std::string& kernel, Call&& call) -> decltype(call())
+  {
+    try {
+      return translated(info().name, kernel, std::forward<Call>(call));
+    } catch (...) {
+      abandon();
+      throw;
+    }
+  }
+  void abandon() noexcept;
+  /// The device has finished what was enqueued here.
+  void settle() noexcept;
+  void leaveVariants() noexcept;
   void giveBack() noexcept;
   void* pinned(std::size_t bytes);
   void account();
@@ -125,8 +144,9 @@ private:
   cl::CommandQueue queue_;
   std::map<std::string, Kernel> kernels_;
   std::shared_ptr<DeviceShare> share_;
-  DeviceShare::Grant grant_ = 0; ///< of share_; 0: none
-  std::size_t granted_ = 0;      ///< work-items
+  DeviceShare::Grant grant_ = 0;        ///< of share_; 0: none
+  std::size_t granted_ = 0;             ///< work-items
+  std::vector<KernelVariants*> joined_; ///< of the launches that may still run
   std::size_t allocated_ = 0;
   Buffer staging_{"staging memory"};
   void* staging_memory_ = nullptr;

@@ -7,8 +7,10 @@
 
 #include <pcl_gpu_icp/error.h>
 
+#include <algorithm>
 #include <cstring>
 #include <numeric>
+#include <thread>
 #include <vector>
 
 namespace pcl_gpu_icp::test {
@@ -242,6 +244,32 @@ TEST_P(QueueOf, GivesBackWhatItHoldsInTheEnd)
     queue.launch("twice", {"double.cl", "twice"}, {cl::NDRange(1), cl::NDRange(1)}, buffer, cl_int(1));
   }
   EXPECT_EQ(share->log, (Log{"request 1", "release"}));
+}
+
+TEST_P(QueueOf, QueuesOfSeveralThreadsLaunchAKernelOverEverMoreWorkItems)
+{
+  // PoCL counts the uses of a kernel's variants, one for each width that is more than any before, and mixes them up.
+  const auto work = [](unsigned thread) {
+    Queue own(GetParam().device, GetParam().traits, "-cl-std=CL1.2");
+    const auto share = std::make_shared<GenerousShare>(500);
+    Buffer buffer("numbers");
+    for (std::size_t n = 1 + thread; n < 2000; n += 7) {
+      own.setShare(thread % 2 == 0 ? nullptr : share); // with one, in passes
+      std::vector<int> values(n, 1);
+      own.upload(buffer, n * sizeof(int), [&](void* memory) { std::memcpy(memory, values.data(), n * sizeof(int)); });
+      for (int i = 0; i < 3; ++i)
+        own.launch("twice", {"double.cl", "twice"}, {cl::NDRange(n), cl::NDRange(1)}, buffer, cl_int(n));
+      own.download(buffer, n * sizeof(int), [&](const void* memory) {
+        EXPECT_EQ(*std::max_element(static_cast<const int*>(memory), static_cast<const int*>(memory) + n), 8);
+        EXPECT_EQ(*std::min_element(static_cast<const int*>(memory), static_cast<const int*>(memory) + n), 8);
+      });
+    }
+  };
+  std::vector<std::thread> threads;
+  for (unsigned thread = 0; thread < 6; ++thread)
+    threads.emplace_back(work, thread);
+  for (std::thread& thread : threads)
+    thread.join();
 }
 
 RUN_WITH_EVERY_MEMORY(QueueOf);
