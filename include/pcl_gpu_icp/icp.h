@@ -13,6 +13,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <unordered_set>
 
 namespace pcl_gpu_icp {
 
@@ -102,7 +103,8 @@ private:
   using NearestTargetTree = search::NearestKdTree<PointTarget>;
 
   /// PCL's criteria, told the mean squared distance instead of adding it up from a list of correspondences, and without
-  /// the last alignment's.
+  /// the last alignment's. The step from one pose to the next is a function of the pose as float32 holds it, so a
+  /// mean squared distance that was there before, to the bit, comes again and again: that counts as no change.
   class ConvergenceCriteria : public pcl::registration::DefaultConvergenceCriteria<Scalar> {
   public:
     using pcl::registration::DefaultConvergenceCriteria<Scalar>::DefaultConvergenceCriteria;
@@ -112,6 +114,7 @@ private:
 
   private:
     double mean_squared_distance_ = 0;
+    std::unordered_set<double> earlier_; ///< mean squared distances of this alignment
   };
 
   // The steps of the loop.

@@ -199,6 +199,7 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::ConvergenceCriteri
 {
   this->correspondences_prev_mse_ = this->correspondences_cur_mse_ = std::numeric_limits<double>::max();
   this->iterations_similar_transforms_ = 0;
+  earlier_.clear();
   this->setConvergenceState(ConvergenceCriteria::CONVERGENCE_CRITERIA_NOT_CONVERGED);
 }
 
@@ -218,7 +219,9 @@ bool IterativeClosestPoint<PointSource, PointTarget, Scalar>::ConvergenceCriteri
   const double rotation_cosine = 0.5 * (increment(0, 0) + increment(1, 1) + increment(2, 2) - 1);
   const double translation_sq =
       increment(0, 3) * increment(0, 3) + increment(1, 3) * increment(1, 3) + increment(2, 3) * increment(2, 3);
-  const double previous = this->correspondences_prev_mse_, change = std::abs(mean_squared_distance_ - previous);
+  const double previous = this->correspondences_prev_mse_;
+  const bool recurs = !earlier_.insert(mean_squared_distance_).second;
+  const double change = recurs ? 0 : std::abs(mean_squared_distance_ - previous);
   this->correspondences_cur_mse_ = mean_squared_distance_;
 
   auto reached = ConvergenceCriteria::CONVERGENCE_CRITERIA_NOT_CONVERGED;
