@@ -2,6 +2,7 @@
 
 #include "matcher_internals.h"
 #include "motion.h"
+#include "plane_increment.h"
 #include "search/box_tree.h"
 #include "solution.h"
 #include "stages/launch.h"
@@ -12,6 +13,7 @@
 
 #include <cmath>
 #include <limits>
+#include <optional>
 
 namespace pcl_gpu_icp {
 
@@ -101,6 +103,15 @@ struct Matcher::Implementation {
     });
   }
 
+  /// Puts the point-to-plane increment in place of the other.
+  void bringToPlanes(const RigidTransform& pose, Matches& matches)
+  {
+    const std::size_t pairs = matches.increment.pairs;
+    matches.increment = planes->estimate(queue, precision, source_rows, pose, stage.matches(), target_points);
+    matches.increment.pairs = pairs;
+    matches.mean_squared_residual = planes->meanSquaredDistance();
+  }
+
   /// What the sums on the device amount to.
   Matches solution()
   {
@@ -144,6 +155,7 @@ struct Matcher::Implementation {
 
   stages::Match stage;
   opencl::Buffer summary{"match summary"};
+  std::optional<PlaneIncrement> planes; ///< makes the increments in place of the five stages
 };
 
 Matcher::Matcher(const Device& device, CorrespondenceSearch search, Precision precision)
@@ -187,6 +199,7 @@ void Matcher::setTarget(const Points& target)
   Implementation& self = *implementation_;
   const unsigned threads = effectiveThreads(self.threads);
   self.index = nullptr;
+  self.planes.reset();
   self.target.place(target, threads);
   search::dropCoincident(self.target.points);
   search::sortIntoLeaves(self.target.points, threads);
@@ -199,12 +212,21 @@ void Matcher::setTarget(const search::NearestIndex& index)
 {
   Implementation& self = *implementation_;
   self.index = &index;
+  self.planes.reset();
   self.target.points = index.points();
   self.target.pivot = index.pivot();
   self.target.rounding = roundingOf(index.points(), index.pivot());
   self.spacing = index.spacing();
   stages::packLeaves(self.queue, index.points(), self.target_points);
   self.stage.restart(self.queue, self.source_rows);
+}
+
+void Matcher::setTargetNormals(const Points& normals)
+{
+  Implementation& self = *implementation_;
+  self.planes.emplace();
+  self.planes->setNormals(self.queue, self.target.points, self.target.pivot, normals);
+  self.planes->setSource(self.source.points);
 }
 
 void Matcher::setSource(const Points& source)
@@ -219,6 +241,8 @@ void Matcher::setSource(const Points& source)
   search::sortIntoLeaves(points, threads);
   stages::packSource(self.queue, points, self.source_rows);
   self.motion.restart(points);
+  if (self.planes)
+    self.planes->setSource(points);
   self.stage.restart(self.queue, self.source_rows);
 }
 
@@ -247,6 +271,9 @@ Matches Matcher::match(const RigidTransform& pose, float max_squared_distance)
   }
   else
     matches.increment.degeneracy = Degeneracy::Empty;
+  matches.mean_squared_residual = matches.mean_squared_distance;
+  if (self.planes && matches.increment.pairs > 0)
+    self.bringToPlanes(pivoted, matches);
   device_pose.completeIncrement(matches.increment);
   return matches;
 }

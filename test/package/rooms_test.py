@@ -30,6 +30,8 @@ HEADER_ROOMS = {
     "rigid_estimator.h": "engine",
     "matcher.h": "engine",
     "neighbour_search.h": "engine",
+    "normal_estimator.h": "engine",
+    "plane_estimator.h": "engine",
     "icp_loop.h": "engine",
     "batch.h": "engine",
 }
