@@ -192,6 +192,8 @@ bool IterativeClosestPoint<PointSource, PointTarget, Scalar>::match(const RigidT
     rejectCorrespondences();
     matched_ = matches_.size();
     mean_squared_distance_ = detail::meanSquare(*this->correspondences_);
+    if (!increment_from_matching_)
+      mean_squared_residual_ = mean_squared_distance_;
   }
   if (auto* own = dynamic_cast<ConvergenceCriteria*>(this->convergence_criteria_.get()))
     own->setMeanSquaredDistance(mean_squared_distance_);
@@ -205,11 +207,11 @@ template <typename PointSource, typename PointTarget, typename Scalar>
 double IterativeClosestPoint<PointSource, PointTarget, Scalar>::error() const
 {
   if (this->use_reciprocal_correspondence_ || !this->correspondence_rejectors_.empty())
-    return mean_squared_distance_;
+    return mean_squared_residual_;
   // A point without a match counts as one at the limit, so that losing matches does not look like progress.
   const auto unmatched = static_cast<double>(finite_indices_->size() - matched_);
   const double limit_sq = this->corr_dist_threshold_ * this->corr_dist_threshold_;
-  return mean_squared_distance_ * static_cast<double>(matched_) + (unmatched > 0 ? unmatched * limit_sq : 0);
+  return mean_squared_residual_ * static_cast<double>(matched_) + (unmatched > 0 ? unmatched * limit_sq : 0);
 }
 
 template <typename PointSource, typename PointTarget, typename Scalar>
@@ -220,6 +222,7 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::matchOnDevice(cons
   increment_ = found.increment;
   matched_ = increment_.pairs;
   mean_squared_distance_ = found.mean_squared_distance;
+  mean_squared_residual_ = found.mean_squared_residual;
   if (!lists_correspondences_)
     return;
   matches_ = matcher_->correspondences(pose);
@@ -317,9 +320,15 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::rejectCorresponden
 template <typename PointSource, typename PointTarget, typename Scalar>
 RigidTransform IterativeClosestPoint<PointSource, PointTarget, Scalar>::estimateIncrement(const RigidTransform& pose)
 {
-  if (!estimatesOnDevice()) {
+  if (!estimatesOnDevice() && !increment_from_matching_) {
     this->transformation_estimation_->estimateRigidTransformation(
         *moved_source_, *this->target_, *this->correspondences_, this->transformation_);
+    if (planes_) {
+      increment_ = planes_->getEstimate();
+      result_.degeneracy = increment_.degeneracy;
+      result_.free_motions = increment_.free_motions;
+      return increment_.transform;
+    }
     return detail::toRigidTransform<Scalar>(this->transformation_);
   }
   if (!increment_from_matching_) {
@@ -327,6 +336,7 @@ RigidTransform IterativeClosestPoint<PointSource, PointTarget, Scalar>::estimate
     increment_ = estimator_->estimate(matches_.data(), matches_.size(), pose);
   }
   result_.degeneracy = increment_.degeneracy;
+  result_.free_motions = increment_.free_motions;
   // The criteria look at how far the increment moves the origin: R and t are rounded each for itself here.
   this->transformation_ = detail::toMatrix<Scalar>(increment_.transform);
   return increment_.transform;

@@ -90,7 +90,9 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::prepareMatching()
   if (search_ == CorrespondenceSearch::DeviceKdTree && !matches_on_device_)
     throw InvalidArgument("setCorrespondenceSearch(DeviceKdTree) excludes a search method, a correspondence estimation "
                           "or a point representation of the caller's");
-  const bool plain = matches_on_device_ && !this->use_reciprocal_correspondence_ && estimatesOnDevice() &&
+  planes_ = dynamic_cast<const PlaneEstimation*>(this->transformation_estimation_.get());
+  result_.metric = planes_ ? Metric::Plane : Metric::Point;
+  const bool plain = matches_on_device_ && !this->use_reciprocal_correspondence_ && (estimatesOnDevice() || planes_) &&
                      this->correspondence_rejectors_.empty() && pipeline_ == Pipeline::Fused;
   increment_from_matching_ = plain;
   lists_correspondences_ =
@@ -116,7 +118,7 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::prepareMatchingOnD
     matcher_ = make();
     backward_matcher_.reset();
     matcher_search_ = search_;
-    matcher_target_ = 0;
+    matcher_target_ = matcher_normals_ = 0;
   }
   matcher_->setNumberOfThreads(result_.threads);
   {
@@ -129,8 +131,8 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::prepareMatchingOnD
       nearest_tree_->refresh();
     const std::uint64_t target =
         device_searches ? search::fingerprintOf(search::pointsOf(*this->target_)) : nearest_tree_->fingerprint();
-    if (matcher_target_ != target) {
-      matcher_target_ = 0;
+    if (matcher_target_ != target || (matcher_normals_ != 0 && !planes_)) {
+      matcher_target_ = matcher_normals_ = 0;
       if (device_searches)
         matcher_->setTarget(search::pointsOf(*this->target_));
       else
@@ -139,6 +141,8 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::prepareMatchingOnD
     }
   }
   nearest_tree_->takeBuildMilliseconds();
+  if (increment_from_matching_ && planes_)
+    prepareMetric();
   {
     const Stopwatch watch(result_.host_times, "pack");
     matcher_->setSource(takingPart());
@@ -163,6 +167,20 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::prepareMatchingOnD
 }
 
 template <typename PointSource, typename PointTarget, typename Scalar>
+void IterativeClosestPoint<PointSource, PointTarget, Scalar>::prepareMetric()
+{
+  const Stopwatch watch(result_.host_times, "normals");
+  std::shared_ptr<const typename PlaneEstimation::Normals> kept;
+  const Points normals = planes_->normalsOf(*this->target_, device(), kept);
+  const std::uint64_t fingerprint = search::fingerprintOf(normals);
+  if (matcher_normals_ == fingerprint)
+    return;
+  matcher_normals_ = 0;
+  matcher_->setTargetNormals(normals);
+  matcher_normals_ = fingerprint;
+}
+
+template <typename PointSource, typename PointTarget, typename Scalar>
 void IterativeClosestPoint<PointSource, PointTarget, Scalar>::prepareMatchingByCaller()
 {
   if (this->tree_ == nearest_tree_)
@@ -177,6 +195,10 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::prepareMatchingByC
 template <typename PointSource, typename PointTarget, typename Scalar>
 void IterativeClosestPoint<PointSource, PointTarget, Scalar>::prepareEstimator()
 {
+  if (planes_ && !matches_on_device_) {
+    result_.device = planes_->getDevice().info();
+    result_.precision = detail::precisionFor<Scalar>(planes_->getDevice());
+  }
   if (!estimatesOnDevice() || increment_from_matching_)
     return;
   const Stopwatch watch(result_.host_times, "start");
@@ -260,8 +282,8 @@ template <typename PointSource, typename PointTarget, typename Scalar>
 void IterativeClosestPoint<PointSource, PointTarget, Scalar>::prepareRejectors()
 {
   this->determineRequiredBlobData();
-  const bool somebody_looks =
-      !matches_on_device_ || !estimatesOnDevice() || this->need_source_blob_ || this->update_visualizer_;
+  const bool somebody_looks = !matches_on_device_ || !(estimatesOnDevice() || increment_from_matching_) ||
+                              this->need_source_blob_ || this->update_visualizer_;
   moved_source_.reset(somebody_looks ? new PointCloudSource(*this->input_) : nullptr);
 
   pcl::PCLPointCloud2::Ptr target_blob(new pcl::PCLPointCloud2);
