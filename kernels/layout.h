@@ -13,6 +13,11 @@
 // Sums of one block: 3 of p, 3 of q, 9 of p q^T (row-major), 1 of padding.
 #define SUMS_PER_BLOCK 16
 
+// Sums over point-to-plane pairs: with J = (p x n, n) and r = n . (q - p) the 21 of J J^T's upper triangle, row by row,
+// 6 of J r and 1 of r^2. They are added up in two rows of SUMS_PER_BLOCK, the rest of which is padding.
+#define PLANE_SUMS 28
+#define PLANE_SUMS_ROWS 2
+
 // The tree over the target (see tree.h): points of a leaf, children of a node, levels of nodes at most.
 #define LEAF_POINTS 16
 #define NODE_CHILDREN 16

@@ -35,7 +35,8 @@ struct DeviceLane {
   unsigned threads = 1;                 ///< host threads for an aligner that asks for no number
 
   std::unique_ptr<Matcher> matcher;
-  std::uint64_t matcher_target = 0; ///< fingerprint of the target that it holds; 0: none
+  std::uint64_t matcher_target = 0;  ///< fingerprint of the target that it holds; 0: none
+  std::uint64_t matcher_normals = 0; ///< and of its normals
   CorrespondenceSearch matcher_search{};
   std::unique_ptr<RigidEstimator> estimator;
 };

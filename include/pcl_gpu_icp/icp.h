@@ -7,6 +7,7 @@
 #include <pcl_gpu_icp/result.h>
 #include <pcl_gpu_icp/rigid_estimator.h>
 #include <pcl_gpu_icp/search/nearest_kdtree.h>
+#include <pcl_gpu_icp/transformation_estimation_point_to_plane_lls.h>
 #include <pcl_gpu_icp/transformation_estimation_svd.h>
 
 #include <pcl/registration/icp.h>
@@ -14,6 +15,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <unordered_set>
 
 namespace pcl_gpu_icp {
 
@@ -21,6 +23,9 @@ namespace pcl_gpu_icp {
 /// target and queried from several host threads. Change the namespace and nothing else: guess, indices, rejectors,
 /// reciprocal correspondences, custom estimators, search methods and point representations, convergence criteria, the
 /// visualiser callback and getFitnessScore() keep PCL's meaning.
+///
+/// A pcl_gpu_icp::TransformationEstimationPointToPlaneLLS given to setTransformationEstimation() makes it
+/// point-to-plane on the device.
 ///
 /// Where it differs from pcl::IterativeClosestPoint 1.12-1.15, it is to keep PCL's documented behaviour:
 /// - non-finite points never take part, whatever is_dense says;
@@ -106,9 +111,11 @@ protected:
 
 private:
   using NearestTargetTree = search::NearestKdTree<PointTarget>;
+  using PlaneEstimation = TransformationEstimationPointToPlaneLLS<PointSource, PointTarget, Scalar>;
 
   /// PCL's criteria, told the mean squared distance instead of adding it up from a list of correspondences, and without
-  /// the last alignment's.
+  /// the last alignment's. The step from one pose to the next is a function of the pose as float32 holds it, so a
+  /// mean squared distance that was there before, to the bit, comes again and again: that counts as no change.
   class ConvergenceCriteria : public pcl::registration::DefaultConvergenceCriteria<Scalar> {
   public:
     using pcl::registration::DefaultConvergenceCriteria<Scalar>::DefaultConvergenceCriteria;
@@ -118,6 +125,7 @@ private:
 
   private:
     double mean_squared_distance_ = 0;
+    std::unordered_set<double> earlier_; ///< mean squared distances of this alignment
   };
 
   // The steps of the loop.
@@ -131,6 +139,7 @@ private:
   void prepareMatching();
   void prepareMatchingOnDevice();
   void prepareMatchingByCaller();
+  void prepareMetric();
   void prepareEstimator();
   void prepareCriteria();
   void prepareRejectors();
@@ -168,7 +177,8 @@ private:
   // On the device, kept from one alignment to the next.
   std::unique_ptr<Matcher> matcher_;          ///< from the source to the target,
   std::uint64_t matcher_target_ = 0;          ///< the fingerprint of the points it holds,
-  CorrespondenceSearch matcher_search_{};     ///< and what searches them
+  CorrespondenceSearch matcher_search_{};     ///< what searches them,
+  std::uint64_t matcher_normals_ = 0;         ///< and the fingerprint of the normals that it measures along; 0: none
   std::unique_ptr<Matcher> backward_matcher_; ///< from the target to the source, for reciprocal correspondences
   std::unique_ptr<RigidEstimator> estimator_; ///< where the increment comes from listed correspondences,
   std::uint64_t estimator_target_ = 0;        ///< and the fingerprint of its target points
@@ -178,6 +188,7 @@ private:
   bool matches_on_device_ = false;              ///< by matcher_; otherwise the caller's own search answers
   bool lists_correspondences_ = true;           ///< somebody looks at each iteration's
   bool increment_from_matching_ = false;        ///< the matching pass estimates it
+  const PlaneEstimation* planes_ = nullptr;     ///< the caller's estimator, where it is point-to-plane on the device
   pcl::IndicesPtr finite_indices_;              ///< source points that take part,
   std::uint64_t matched_source_ = 0;            ///< and their fingerprint while matcher_ holds them
   typename PointCloudSource::Ptr moved_source_; ///< the source at the current pose; null when nobody looks at it
@@ -185,6 +196,7 @@ private:
   std::size_t searched_ = 0;                    ///< source points searched for in this iteration
   std::size_t matched_ = 0;                     ///< correspondences of this iteration,
   double mean_squared_distance_ = 0;            ///< of these,
+  double mean_squared_residual_ = 0;            ///< of these, of what the increment makes small,
   Estimate increment_;                          ///< from these, when increment_from_matching_,
   std::vector<Correspondence> matches_;         ///< and their list, when lists_correspondences_
   AlignmentResult result_;

@@ -12,6 +12,7 @@ namespace pcl_gpu_icp {
 struct Matches {
   std::size_t searched = 0;         ///< source points whose match had to be searched for
   double mean_squared_distance = 0; ///< over the matched points, before the increment
+  double mean_squared_residual = 0; ///< of what the increment makes small: the same, or distances to planes
   Estimate increment;               ///< takes the matched source points at the pose on to their target points
 };
 
@@ -49,6 +50,11 @@ public:
   std::shared_ptr<const MatchTarget> makeTarget(std::shared_ptr<const search::NearestIndex> index) const;
 
   void setTarget(std::shared_ptr<const MatchTarget> target);
+
+  /// Increments are point-to-plane (Low 2004) until the target is set anew. The normals are those of the target's
+  /// points, one each in their order, or in the order of what the index was built of; their sign does not matter, and
+  /// points whose normal is not finite take no part in the increment.
+  void setTargetNormals(const Points& normals);
 
   /// Distinct finite target points.
   std::size_t targetSize() const;

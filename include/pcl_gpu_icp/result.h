@@ -22,15 +22,22 @@ enum class CorrespondenceSearch {
   DeviceKdTree, ///< a tree on the device, which then does the whole iteration
 };
 
+/// What an increment makes small.
+enum class Metric {
+  Point, ///< the distances between matched points
+  Plane, ///< the distances from source points to the planes through the target points they are matched with
+};
+
 /// What the device sums in and solves with. Coordinates are float32 about a pivot in both.
 enum class Precision { Float, Double };
 
 /// What the pairs leave undetermined.
 enum class Degeneracy {
   None,
-  Line,  ///< all pairs on one line: the rotation about it is left as it was
-  Point, ///< all pairs at one point: only the translation is determined
-  Empty, ///< no pairs: the identity
+  Sliding, ///< point-to-plane: motions along the surface, such as within a plane, are left as they were
+  Line,    ///< all pairs on one line: the rotation about it is left as it was
+  Point,   ///< all pairs at one point: only the translation is determined
+  Empty,   ///< no pairs: the identity
 };
 
 /// Why an alignment ended. The names follow pcl::registration::DefaultConvergenceCriteria.
@@ -48,6 +55,7 @@ enum class Reason {
 
 PCL_GPU_ICP_API const char* toString(Pipeline pipeline);
 PCL_GPU_ICP_API const char* toString(CorrespondenceSearch search);
+PCL_GPU_ICP_API const char* toString(Metric metric);
 PCL_GPU_ICP_API const char* toString(Precision precision);
 PCL_GPU_ICP_API const char* toString(Degeneracy degeneracy);
 PCL_GPU_ICP_API const char* toString(Reason reason);
@@ -94,6 +102,7 @@ struct AlignmentResult {
   double rmse_before = 0; ///< root mean square distance of the first iteration's correspondences at the guess
   double rmse = 0;        ///< the same of the last iteration's correspondences at the final transformation
   Degeneracy degeneracy = Degeneracy::None;
+  int free_motions = 0;           ///< how many motions Degeneracy::Sliding stands for
   std::size_t source_points = 0;  ///< source points that took part
   std::size_t source_dropped = 0; ///< source points that are not finite
   std::size_t target_points = 0;  ///< distinct target points that took part; coincident ones count once
@@ -102,12 +111,13 @@ struct AlignmentResult {
   DeviceInfo device;
   Pipeline pipeline = Pipeline::Fused;
   Precision precision = Precision::Float;
+  Metric metric = Metric::Point; ///< with an estimator of the caller's other than point-to-plane, Point as well
   CorrespondenceSearch search = CorrespondenceSearch::PclKdTree;
   unsigned threads = 1;               ///< host threads that searched
   std::vector<StageRequest> requests; ///< of the last iteration
   std::size_t device_bytes = 0;       ///< what matching and estimation hold on the device
   StageTimes device_times;            ///< per stage and transfer, from the device's event timers
-  /// "start" (device and kernels), "tree", "pack" (the source), "search" (with DeviceKdTree or the default search the
+  /// "start" (device and kernels), "tree", "normals" (of the target, point-to-plane), "pack" (the source), "search" (with DeviceKdTree or the default search the
   /// whole pass over the pairs), "estimate" (where listed pairs are estimated apart), "total"
   StageTimes host_times;
 };

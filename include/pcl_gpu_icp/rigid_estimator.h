@@ -19,6 +19,7 @@ struct Traits;
 struct Estimate {
   RigidTransform transform; ///< least-squares rigid transform from source to target points
   Degeneracy degeneracy = Degeneracy::None;
+  int free_motions = 0;  ///< of the six, those that Degeneracy::Sliding leaves as they were
   std::size_t pairs = 0; ///< pairs that took part; those with a non-finite point do not
   StageValues stages;
 

@@ -75,13 +75,10 @@ private:
   bool shown_;
 };
 
-void runIcp(Icp& icp, const CloudPair& pair, const AlignOptions& options)
+void runIcp(Icp& icp, const CloudPair& pair, const AlignOptions& options, const Device& device)
 {
   applySettings(icp, options);
-  icp.setCorrespondenceSearch(options.search);
-  icp.setPipeline(options.pipeline);
-  icp.setAndersonAcceleration(options.anderson);
-  icp.setNumberOfThreads(options.threads);
+  applyPluginSettings(icp, options, device);
   icp.setInputSource(pair.source.points);
   icp.setInputTarget(pair.target.points);
 
@@ -147,8 +144,7 @@ ExitCode align(const AlignOptions& options)
   if (outputs.cloud)
     checkWritable(pair.source_file, *formatOf(options.output));
   Icp icp;
-  icp.setDevice(timedSelect(report.command_times, options));
-  runIcp(icp, pair, options);
+  runIcp(icp, pair, options, timedSelect(report.command_times, options));
   report.result = icp.getResult();
   if (report.result.reason == Reason::Error)
     throw Failure(ExitCode::Device, report.result.message);

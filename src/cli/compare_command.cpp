@@ -8,8 +8,11 @@
 
 #include <pcl_gpu_icp/device.h>
 #include <pcl_gpu_icp/icp.h>
+#include <pcl_gpu_icp/normal_estimator.h>
 
+#include <pcl/common/io.h>
 #include <pcl/registration/icp.h>
+#include <pcl/registration/transformation_estimation_point_to_plane_lls.h>
 
 #include <chrono>
 #include <limits>
@@ -18,10 +21,13 @@
 namespace pcl_gpu_icp::cli {
 namespace {
 
-using PluginIcp = pcl_gpu_icp::IterativeClosestPoint<pcl::PointXYZ, pcl::PointXYZ>;
+using pcl::PointNormal;
+using pcl::PointXYZ;
+using PluginIcp = pcl_gpu_icp::IterativeClosestPoint<PointXYZ, PointXYZ>;
 
-struct StockIcp : pcl::IterativeClosestPoint<pcl::PointXYZ, pcl::PointXYZ> {
-  int iterations() const { return nr_iterations_; }
+template <typename PointT>
+struct StockIcp : pcl::IterativeClosestPoint<PointT, PointT> {
+  int iterations() const { return this->nr_iterations_; }
 };
 
 struct CompareOptions : AlignmentOptions {
@@ -33,14 +39,21 @@ std::optional<double> defined(double score)
   return score < std::numeric_limits<double>::max() ? std::optional(score) : std::nullopt;
 }
 
+template <typename PointT>
+using CloudPtr = typename pcl::PointCloud<PointT>::Ptr;
+
 /// Everything but the reason and the iterations, which the classes keep in different places.
-template <typename Icp>
-report::Run run(Icp& icp, const CloudPair& pair, const CompareOptions& options)
+template <typename PointT, typename Icp>
+report::Run run(Icp& icp,
+                const CloudPtr<PointT>& source,
+                const CloudPtr<PointT>& target,
+                const CloudPair& pair,
+                const CompareOptions& options)
 {
   applySettings(icp, options);
-  icp.setInputSource(pair.source.points);
-  icp.setInputTarget(pair.target.points);
-  pcl::PointCloud<pcl::PointXYZ> aligned;
+  icp.setInputSource(source);
+  icp.setInputTarget(target);
+  pcl::PointCloud<PointT> aligned;
   const auto begin = std::chrono::steady_clock::now();
   icp.align(aligned, detail::toMatrix<float>(pair.guess));
   const auto end = std::chrono::steady_clock::now();
@@ -57,6 +70,44 @@ report::Run run(Icp& icp, const CloudPair& pair, const CompareOptions& options)
   return run;
 }
 
+template <typename PointT>
+report::Run runStock(StockIcp<PointT>& icp,
+                     const CloudPtr<PointT>& source,
+                     const CloudPtr<PointT>& target,
+                     const CloudPair& pair,
+                     const CompareOptions& options)
+{
+  report::Run stock = run<PointT>(icp, source, target, pair, options);
+  stock.reason = detail::reasonOf(icp.getConvergeCriteria()->getConvergenceState());
+  stock.iterations = icp.iterations();
+  return stock;
+}
+
+CloudPtr<PointNormal> withNormals(const pcl::PointCloud<PointXYZ>& points, NormalEstimator& estimator)
+{
+  const auto cloud = pcl::make_shared<pcl::PointCloud<PointNormal>>();
+  pcl::copyPointCloud(points, *cloud);
+  const auto normals = estimator.estimate(search::pointsOf(points));
+  for (std::size_t i = 0; i < cloud->size(); ++i)
+    (*cloud)[i].getNormalVector3fMap() = Eigen::Vector3f(normals[i][0], normals[i][1], normals[i][2]);
+  return cloud;
+}
+
+/// Point-to-plane it is given the normals that the plugin estimates for itself.
+report::Run runStock(const CloudPair& pair, const CompareOptions& options, const Device& device)
+{
+  if (options.metric == Metric::Point) {
+    StockIcp<PointXYZ> icp;
+    return runStock<PointXYZ>(icp, pair.source.points, pair.target.points, pair, options);
+  }
+  NormalEstimator estimator(device, detail::precisionFor<float>(device));
+  StockIcp<PointNormal> icp;
+  icp.setTransformationEstimation(
+      pcl::make_shared<pcl::registration::TransformationEstimationPointToPlaneLLS<PointNormal, PointNormal>>());
+  return runStock<PointNormal>(
+      icp, withNormals(*pair.source.points, estimator), withNormals(*pair.target.points, estimator), pair, options);
+}
+
 ExitCode compare(const CompareOptions& options)
 {
   std::unique_ptr<OutputFile> json;
@@ -64,20 +115,16 @@ ExitCode compare(const CompareOptions& options)
     json = std::make_unique<OutputFile>("--json", options.json, options.force);
   const CloudPair pair = readPair(options);
 
+  const Device device = Device::select(options.device);
   PluginIcp plugin;
-  plugin.setDevice(Device::select(options.device));
-  plugin.setCorrespondenceSearch(options.search);
-  plugin.setPipeline(options.pipeline);
-  plugin.setAndersonAcceleration(options.anderson);
-  plugin.setNumberOfThreads(options.threads);
-  StockIcp stock;
+  applyPluginSettings(plugin, options, device);
 
   report::ComparisonReport report;
   report.source = options.source;
   report.target = options.target;
   report.source_points = pair.source.points->size();
   report.target_points = pair.target.points->size();
-  report.plugin = run(plugin, pair, options);
+  report.plugin = run<PointXYZ>(plugin, pair.source.points, pair.target.points, pair, options);
   const AlignmentResult& result = plugin.getResult();
   if (result.reason == Reason::Error)
     throw Failure(ExitCode::Device, result.message);
@@ -87,9 +134,8 @@ ExitCode compare(const CompareOptions& options)
   report.plugin_start_ms = start == result.host_times.end() ? 0 : start->second.milliseconds;
   report.device = result.device;
   report.pipeline = result.pipeline;
-  report.stock = run(stock, pair, options);
-  report.stock.reason = detail::reasonOf(stock.getConvergeCriteria()->getConvergenceState());
-  report.stock.iterations = stock.iterations();
+  report.metric = result.metric;
+  report.stock = runStock(pair, options, device);
   report.centroid = pair.source.centroid;
   report.difference = report::differenceOf(report.stock.transform, report.plugin.transform, report.centroid);
   report.tolerance = options.tolerance;

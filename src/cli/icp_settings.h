@@ -2,6 +2,9 @@
 
 #include "cli/options.h"
 
+#include <pcl_gpu_icp/device.h>
+#include <pcl_gpu_icp/icp.h>
+
 #include <pcl/registration/correspondence_rejection_trimmed.h>
 
 #include <cmath>
@@ -27,6 +30,24 @@ void applySettings(Icp& icp, const AlignmentOptions& options)
     const auto trimmed = pcl::make_shared<pcl::registration::CorrespondenceRejectorTrimmed>();
     trimmed->setOverlapRatio(static_cast<float>(*options.trim));
     icp.addCorrespondenceRejector(trimmed);
+  }
+}
+
+/// Applies the settings that the plugin alone has.
+template <typename PointT, typename Scalar>
+void applyPluginSettings(IterativeClosestPoint<PointT, PointT, Scalar>& icp,
+                         const AlignmentOptions& options,
+                         const Device& device)
+{
+  icp.setDevice(device);
+  icp.setCorrespondenceSearch(options.search);
+  icp.setPipeline(options.pipeline);
+  icp.setAndersonAcceleration(options.anderson);
+  icp.setNumberOfThreads(options.threads);
+  if (options.metric == Metric::Plane) {
+    const auto planes = pcl::make_shared<TransformationEstimationPointToPlaneLLS<PointT, PointT, Scalar>>();
+    planes->setDevice(device);
+    icp.setTransformationEstimation(planes);
   }
 }
 

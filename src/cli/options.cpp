@@ -108,6 +108,14 @@ void addAlignmentOptions(CLI::App& command, AlignmentOptions& options)
   command.add_flag("--anderson",
                    options.anderson,
                    "extrapolate from the last iterations (Anderson acceleration): fewer iterations, on another path");
+  addChoice(
+      command,
+      "--metric",
+      options.metric,
+      {{"point", Metric::Point}, {"plane", Metric::Plane}},
+      "what is made small: point, the distances between points (the default), or plane, those to the planes "
+      "through the target's points, whose normals are estimated from the 20 nearest: fewer iterations, on another "
+      "path");
   addChoice(command,
             "--search",
             options.search,

@@ -24,6 +24,7 @@ struct AlignmentOptions {
   bool reciprocal = false;
   std::optional<double> trim;
   bool drop_zero_returns = false;
+  Metric metric = Metric::Point;
   CorrespondenceSearch search = CorrespondenceSearch::PclKdTree;
   Pipeline pipeline = Pipeline::Fused;
   std::string device;

@@ -2,6 +2,7 @@
 
 #include "matcher_internals.h"
 #include "motion.h"
+#include "plane_increment.h"
 #include "search/box_tree.h"
 #include "solution.h"
 #include "stages/launch.h"
@@ -12,6 +13,7 @@
 
 #include <cmath>
 #include <limits>
+#include <optional>
 
 namespace pcl_gpu_icp {
 
@@ -112,6 +114,15 @@ struct Matcher::Implementation {
     });
   }
 
+  /// Puts the point-to-plane increment in place of the other.
+  void bringToPlanes(const RigidTransform& pose, Matches& matches)
+  {
+    const std::size_t pairs = matches.increment.pairs;
+    matches.increment = planes->estimate(queue, precision, source_rows, pose, stage.matches(), target->on_device);
+    matches.increment.pairs = pairs;
+    matches.mean_squared_residual = planes->meanSquaredDistance();
+  }
+
   /// What the sums on the device amount to.
   Matches solution()
   {
@@ -163,6 +174,7 @@ struct Matcher::Implementation {
 
   stages::Match stage;
   opencl::Buffer summary{"match summary"};
+  std::optional<PlaneIncrement> planes; ///< makes the increments in place of the five stages
 };
 
 Matcher::Matcher(const Device& device, CorrespondenceSearch search, Precision precision)
@@ -232,8 +244,17 @@ std::shared_ptr<const MatchTarget> Matcher::makeTarget(std::shared_ptr<const sea
 void Matcher::setTarget(std::shared_ptr<const MatchTarget> target)
 {
   Implementation& self = *implementation_;
+  self.planes.reset();
   self.target = std::move(target);
   self.stage.restart(self.queue, self.source_rows);
+}
+
+void Matcher::setTargetNormals(const Points& normals)
+{
+  Implementation& self = *implementation_;
+  self.planes.emplace();
+  self.planes->setNormals(self.queue, self.target->cloud.points, self.target->cloud.pivot, normals);
+  self.planes->setSource(self.source.points);
 }
 
 void Matcher::setSource(const Points& source)
@@ -248,6 +269,8 @@ void Matcher::setSource(const Points& source)
   search::sortIntoLeaves(points, threads);
   stages::packSource(self.queue, points, self.source_rows);
   self.motion.restart(points);
+  if (self.planes)
+    self.planes->setSource(points);
   self.stage.restart(self.queue, self.source_rows);
 }
 
@@ -277,6 +300,9 @@ Matches Matcher::match(const RigidTransform& pose, float max_squared_distance)
   }
   else
     matches.increment.degeneracy = Degeneracy::Empty;
+  matches.mean_squared_residual = matches.mean_squared_distance;
+  if (self.planes && matches.increment.pairs > 0)
+    self.bringToPlanes(pivoted, matches);
   device_pose.completeIncrement(matches.increment);
   return matches;
 }

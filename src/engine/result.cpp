@@ -23,11 +23,15 @@ const char* toString(CorrespondenceSearch search)
 
 const char* toString(Precision precision) { return precision == Precision::Double ? "double" : "float"; }
 
+const char* toString(Metric metric) { return metric == Metric::Plane ? "plane" : "point"; }
+
 const char* toString(Degeneracy degeneracy)
 {
   switch (degeneracy) {
   case Degeneracy::None:
     return "none";
+  case Degeneracy::Sliding:
+    return "sliding";
   case Degeneracy::Line:
     return "line";
   case Degeneracy::Point:

@@ -29,6 +29,13 @@ bool allFinite(const std::array<double, n>& values)
   return std::all_of(values.begin(), values.end(), [](double value) { return std::isfinite(value); });
 }
 
+void requireFinite(bool finite, Precision precision)
+{
+  if (!finite)
+    throw InvalidArgument("the pairs' coordinates are too large to be multiplied in " +
+                          std::string(toString(precision)) + ", or a correspondence names a point that is not finite");
+}
+
 RigidTransform inFloat(const RigidTransform& transform)
 {
   RigidTransform result = transform;
@@ -50,9 +57,13 @@ Degeneracy degeneracyOf(int rank)
 
 void requireFinite(const Estimate& estimate, Precision precision)
 {
-  if (!allFinite(estimate.stages.H) || !allFinite(estimate.stages.R) || !allFinite(estimate.stages.t))
-    throw InvalidArgument("the pairs' coordinates are too large to be multiplied in " +
-                          std::string(toString(precision)) + ", or a correspondence names a point that is not finite");
+  requireFinite(allFinite(estimate.stages.H) && allFinite(estimate.stages.R) && allFinite(estimate.stages.t),
+                precision);
+}
+
+void requireFinite(const std::array<double, PLANE_SUMS>& sums, Precision precision)
+{
+  requireFinite(allFinite(sums), precision);
 }
 
 RigidTransform absoluteTransform(const StageValues& values)

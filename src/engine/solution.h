@@ -29,6 +29,8 @@ void copySolution(const RigidSolution<real>& solution, Estimate& estimate)
 
 /// \throws InvalidArgument when H, R or t overflowed
 void requireFinite(const Estimate& estimate, Precision precision);
+/// The same of point-to-plane sums.
+void requireFinite(const std::array<double, PLANE_SUMS>& sums, Precision precision);
 
 /// A pose and the frames it is used in on the device: about the clouds' pivots, in float32.
 class DevicePose {

@@ -52,11 +52,14 @@ std::string outcome(const AlignmentResult& result)
   }
 }
 
-const char* degeneracyText(Degeneracy degeneracy)
+std::string degeneracyText(const AlignmentResult& result)
 {
-  switch (degeneracy) {
+  switch (result.degeneracy) {
   case Degeneracy::None:
     return "no";
+  case Degeneracy::Sliding:
+    return format("yes: of the six motions %d only slide along the surface, so they are left as they were",
+                  result.free_motions);
   case Degeneracy::Line:
     return "yes: all matched points lie on one line, so the rotation about it is not determined";
   case Degeneracy::Point:
@@ -81,7 +84,7 @@ Times allTimes(const AlignmentReport& report)
   };
   add(report.command_times, "read", "read");
   add(report.command_times, "device", "device");
-  for (const char* step : {"start", "tree", "pack", "search", "estimate"})
+  for (const char* step : {"start", "tree", "normals", "pack", "search", "estimate"})
     add(report.result.host_times, step, step);
   for (const auto& [what, time] : report.result.device_times)
     times.emplace_back("device_" + what, time.milliseconds);
@@ -108,6 +111,7 @@ std::string toText(const AlignmentReport& report)
   text += cloudText("target", report.target, report.target_points);
   text += "device     " + result.device.name + " (" + toString(result.device.type) + ", " + result.device.platform +
           ", driver " + result.device.driver + ")\n";
+  text += std::string("metric     ") + toString(result.metric) + "\n";
   text += format("search     %s, %u threads; pipeline %s, %s precision\n",
                  toString(result.search),
                  result.threads,
@@ -126,7 +130,7 @@ std::string toText(const AlignmentReport& report)
   text += report.fitness_score
               ? format("fitness    %.6g (mean squared distance to the nearest target point)\n", *report.fitness_score)
               : std::string("fitness    undefined\n");
-  text += std::string("degenerate ") + degeneracyText(result.degeneracy) + "\n";
+  text += std::string("degenerate ") + degeneracyText(result) + "\n";
   text += "transform\n" + matrixText(report.transform);
   text += "times\n";
   for (const auto& [what, milliseconds] : allTimes(report))
@@ -145,6 +149,7 @@ std::string toJson(const AlignmentReport& report)
       {"target", report.target_points.used},
       {"dropped", {{"source", droppedJson(report.source_points)}, {"target", droppedJson(report.target_points)}}}};
   json["device"] = deviceJson(result.device);
+  json["metric"] = toString(result.metric);
   json["search"] = toString(result.search);
   json["pipeline"] = toString(result.pipeline);
   json["device_bytes"] = result.device_bytes;
@@ -158,6 +163,7 @@ std::string toJson(const AlignmentReport& report)
   json["rmse_before"] = result.inliers > 0 ? Json(result.rmse_before) : Json();
   json["fitness_score"] = report.fitness_score ? Json(*report.fitness_score) : Json();
   json["degenerate"] = toString(result.degeneracy);
+  json["free_motions"] = result.free_motions;
   for (const auto& [what, milliseconds] : allTimes(report))
     json["times_ms"][what] = milliseconds;
   return dump(json);

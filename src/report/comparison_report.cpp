@@ -57,6 +57,7 @@ std::string toText(const ComparisonReport& report)
   text += "target      " + report.target + format(": %zu points used\n", report.target_points);
   text +=
       "device      " + report.device.name + " (" + toString(report.device.type) + ", " + report.device.platform + ")\n";
+  text += std::string("metric      ") + toString(report.metric) + "\n";
   text += row("", "pcl", "pcl_gpu_icp");
   text += row("time", format("%.1f ms", stock.time_ms), format("%.1f ms", plugin.time_ms));
   text += row("iterations", std::to_string(stock.iterations), std::to_string(plugin.iterations));
@@ -86,6 +87,7 @@ std::string toJson(const ComparisonReport& report)
   json["target"] = report.target;
   json["points"] = {{"source", report.source_points}, {"target", report.target_points}};
   json["device"] = deviceJson(report.device);
+  json["metric"] = toString(report.metric);
   json["pipeline"] = toString(report.pipeline);
   json["stock"] = runJson(report.stock);
   json["plugin"] = runJson(report.plugin);

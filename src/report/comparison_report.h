@@ -36,6 +36,7 @@ struct ComparisonReport {
   double plugin_start_ms = 0; ///< device and kernels, part of the plugin's time
   DeviceInfo device;
   Pipeline pipeline = Pipeline::Fused;
+  Metric metric = Metric::Point;
   std::array<double, 3> centroid{}; ///< of the source
   Difference difference;
   Difference tolerance;

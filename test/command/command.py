@@ -4,6 +4,7 @@ import json
 import math
 import os
 import pathlib
+import random
 import shutil
 import struct
 import subprocess
@@ -176,6 +177,16 @@ XYZ = [("x", "F", 4, 1), ("y", "F", 4, 1), ("z", "F", 4, 1)]
 XYZ_DOUBLE = [("x", "F", 8, 1), ("y", "F", 8, 1), ("z", "F", 8, 1)]
 FORMATS = {("F", 4): "f", ("F", 8): "d", ("U", 1): "B", ("I", 1): "b", ("U", 2): "H", ("I", 2): "h", ("U", 4): "I",
            ("I", 4): "i", ("U", 8): "Q", ("I", 8): "q"}
+
+
+def sampled_surface(count, seed):
+    """Points of a smooth hilly surface, sampled at random."""
+    generator = random.Random(seed)
+    points = []
+    for _ in range(count):
+        x, y = generator.uniform(-2, 2), generator.uniform(-2, 2)
+        points.append((x, y, 0.4 * math.sin(1.7 * x) * math.cos(1.3 * y) + 0.2 * x * y))
+    return points
 
 
 def pcd_header(fields, count, encoding, width=None, height=1, viewpoint="0 0 0 1 0 0 0"):

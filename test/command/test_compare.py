@@ -3,7 +3,7 @@
 import json
 import math
 
-from command import NOT_CONVERGED, CommandTest, motion, moved, pcd, surface
+from command import NOT_CONVERGED, CommandTest, motion, moved, pcd, sampled_surface, surface
 
 POINTS = surface()
 MOTION = motion(3, (0.05, -0.08, 0.04))
@@ -49,6 +49,18 @@ class Compare(CommandTest):
         self.assertIn("more than", done.stdout)
         self.fail_with(NOT_CONVERGED, *arguments, "--tolerance-degrees", "1e-30", names="tolerances")
         self.succeed(*arguments, "--tolerance-degrees", "1", "--tolerance-distance", "1")
+
+    def test_metric_plane(self):
+        source = self.write("hills.pcd", pcd(sampled_surface(1500, seed=2)))
+        target = self.write("more_hills.pcd", pcd([moved(MOTION, point) for point in sampled_surface(3000, seed=1)]))
+        arguments = ["compare", source, target, "--iterations", "8"]
+        by_planes, by_points = (
+            json.loads(self.succeed(*arguments, "--metric", metric, "--json", "-")) for metric in ("plane", "point"))
+        self.assertEqual((by_planes["metric"], by_points["metric"]), ("plane", "point"))
+        for name in ("stock", "plugin"):
+            images = [moved(run[name]["transform"], run["centroid"]) for run in (by_planes, by_points)]
+            self.assertGreater(math.dist(*images), 2e-3, "the other metric has not got as far")
+        self.assertIn("\nmetric      plane\n", self.succeed(*arguments, "--metric", "plane"))
 
     def test_the_settings_reach_both(self):
         arguments = ["--iterations", "3", "--max-distance", "0.2", "--trim", "0.5", "--reciprocal", "--pipeline", "staged"]

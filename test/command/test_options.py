@@ -2,7 +2,7 @@
 
 import os
 
-from command import CommandTest, motion, moved, numbers, pcd, read_pcd, surface
+from command import USAGE, CommandTest, motion, moved, numbers, pcd, read_pcd, sampled_surface, surface
 
 POINTS = surface()
 MOTION = motion(3, (0.05, -0.08, 0.04))
@@ -94,6 +94,32 @@ class Options(CommandTest):
         apart = POINTS + [(1e7, 1e7, 1e7)]
         cloud = self.write("apart.pcd", pcd(apart))
         self.assertLess(self.align(cloud, cloud, "--leaf", "0.6")["points"]["source"], len(POINTS))
+
+    def test_metric(self):
+        hills = sampled_surface(1500, seed=2)
+        source = self.write("hills.pcd", pcd(hills))
+        target = self.write("moved_hills.pcd", pcd([moved(MOTION, point) for point in sampled_surface(3000, seed=1)]))
+        ends = ["--translation-epsilon", "1e-4", "--rotation-epsilon", "0.01"]
+        by_points = self.align(source, target, *ends)
+        self.assertEqual((by_points["metric"], by_points["free_motions"]), ("point", 0))
+        for more in ([], ["--search", "device"], ["--pipeline", "staged"], ["--trim", "0.999"], ["--anderson"]):
+            with self.subTest(more):
+                by_planes = self.align(source, target, *ends, "--metric", "plane", *more)
+                self.assertEqual((by_planes["metric"], by_planes["degenerate"]), ("plane", "none"))
+                self.assertLess(by_planes["iterations"], by_points["iterations"] / 2)
+                self.assert_maps(by_planes["transform"], hills, [moved(MOTION, point) for point in hills], 0.01)
+        self.assertIn("normals", self.align(source, target, "--metric", "plane")["times_ms"])
+        self.assertIn("\nmetric     plane\n", self.succeed("align", source, target, "--metric", "plane"))
+        self.fail_with(USAGE, "align", source, target, "--metric", "line", names=["--metric", "plane|point"])
+
+    def test_metric_plane_on_a_floor(self):
+        floor = [(x, y, 0) for x, y, _ in POINTS]
+        source = self.write("floor.pcd", pcd([(x, y, 0.1) for x, y, _ in floor]))
+        target = self.write("floor_below.pcd", pcd(floor))
+        result = self.align(source, target, "--metric", "plane")
+        self.assertEqual((result["degenerate"], result["free_motions"]), ("sliding", 3))
+        self.assert_maps(result["transform"], [(0, 0, 0.1)], [(0, 0, 0)], 1e-6)
+        self.assertIn("degenerate yes: of the six motions 3", self.succeed("align", source, target, "--metric", "plane"))
 
     def test_anderson(self):
         ends = ["--translation-epsilon", "1e-6", "--rotation-epsilon", "1e-5", "--iterations", "1000"]

@@ -30,6 +30,8 @@ HEADER_ROOMS = {
     "rigid_estimator.h": "engine",
     "matcher.h": "engine",
     "neighbour_search.h": "engine",
+    "normal_estimator.h": "engine",
+    "plane_estimator.h": "engine",
     "icp_loop.h": "engine",
     "device_lane.h": "engine",
     "batch_lanes.h": "engine",

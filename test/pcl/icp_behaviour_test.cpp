@@ -384,6 +384,28 @@ TEST_F(IcpBehaviour, SeveralAlignersOnSeveralThreads)
     EXPECT_EQ(transformation, expected.transformation);
 }
 
+TEST_F(IcpBehaviour, WithDefaultCriteriaEveryAlignmentEnds)
+{
+  // Where the matches stay the same the pose stands still but for float32's last digits.
+  for (unsigned seed = 0; seed < 12; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    target = scenes::hills<PointXYZ>(300 + 100 * seed, 2 * seed + 1);
+    source = scenes::moved(*scenes::hills<PointXYZ>(250 + 50 * seed, 2 * seed + 2), scenes::smallMotion());
+    for (const CorrespondenceSearch search : {CorrespondenceSearch::PclKdTree, CorrespondenceSearch::DeviceKdTree})
+      for (const Pipeline pipeline : {Pipeline::Fused, Pipeline::Staged}) {
+        Icp other;
+        other.setCorrespondenceSearch(search);
+        other.setPipeline(pipeline);
+        alignWith(
+            other, source, target, [](auto& aligner) { aligner.setMaximumIterations(1000); }, identity);
+        EXPECT_EQ(other.getResult().reason, Reason::AbsoluteMse);
+        EXPECT_LT(other.getResult().iterations, 200);
+        // The matches are the final ones: an iteration more would search for none.
+        EXPECT_EQ(other.getResult().searched.back(), 0U);
+      }
+  }
+}
+
 TEST_F(IcpBehaviour, AndersonAccelerationReachesTheSameEndInFewerIterations)
 {
   target = scenes::hills<PointXYZ>(50000);

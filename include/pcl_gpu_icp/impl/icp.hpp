@@ -94,6 +94,7 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::enter(DeviceLane& 
     threads_ = lane.threads;
   matcher_ = std::move(lane.matcher);
   matcher_target_ = std::exchange(lane.matcher_target, 0);
+  matcher_normals_ = std::exchange(lane.matcher_normals, 0);
   matcher_search_ = lane.matcher_search;
   estimator_ = std::move(lane.estimator);
   estimator_target_ = 0;
@@ -112,6 +113,7 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::leave(DeviceLane& 
   lane.matcher = usable ? std::move(matcher_) : nullptr;
   lane.matcher_search = matcher_search_;
   lane.matcher_target = usable ? matcher_target_ : 0;
+  lane.matcher_normals = usable ? matcher_normals_ : 0;
   lane.estimator = usable ? std::move(estimator_) : nullptr;
   matcher_.reset();
   estimator_.reset();
@@ -232,6 +234,8 @@ bool IterativeClosestPoint<PointSource, PointTarget, Scalar>::match(const RigidT
     rejectCorrespondences();
     matched_ = matches_.size();
     mean_squared_distance_ = detail::meanSquare(*this->correspondences_);
+    if (!increment_from_matching_)
+      mean_squared_residual_ = mean_squared_distance_;
   }
   if (auto* own = dynamic_cast<ConvergenceCriteria*>(this->convergence_criteria_.get()))
     own->setMeanSquaredDistance(mean_squared_distance_);
@@ -245,11 +249,11 @@ template <typename PointSource, typename PointTarget, typename Scalar>
 double IterativeClosestPoint<PointSource, PointTarget, Scalar>::error() const
 {
   if (this->use_reciprocal_correspondence_ || !this->correspondence_rejectors_.empty())
-    return mean_squared_distance_;
+    return mean_squared_residual_;
   // A point without a match counts as one at the limit, so that losing matches does not look like progress.
   const auto unmatched = static_cast<double>(finite_indices_->size() - matched_);
   const double limit_sq = this->corr_dist_threshold_ * this->corr_dist_threshold_;
-  return mean_squared_distance_ * static_cast<double>(matched_) + (unmatched > 0 ? unmatched * limit_sq : 0);
+  return mean_squared_residual_ * static_cast<double>(matched_) + (unmatched > 0 ? unmatched * limit_sq : 0);
 }
 
 template <typename PointSource, typename PointTarget, typename Scalar>
@@ -260,6 +264,7 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::matchOnDevice(cons
   increment_ = found.increment;
   matched_ = increment_.pairs;
   mean_squared_distance_ = found.mean_squared_distance;
+  mean_squared_residual_ = found.mean_squared_residual;
   if (!lists_correspondences_)
     return;
   matches_ = matcher_->correspondences(pose);
@@ -357,9 +362,15 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::rejectCorresponden
 template <typename PointSource, typename PointTarget, typename Scalar>
 RigidTransform IterativeClosestPoint<PointSource, PointTarget, Scalar>::estimateIncrement(const RigidTransform& pose)
 {
-  if (!estimatesOnDevice()) {
+  if (!estimatesOnDevice() && !increment_from_matching_) {
     this->transformation_estimation_->estimateRigidTransformation(
         *moved_source_, *this->target_, *this->correspondences_, this->transformation_);
+    if (planes_) {
+      increment_ = planes_->getEstimate();
+      result_.degeneracy = increment_.degeneracy;
+      result_.free_motions = increment_.free_motions;
+      return increment_.transform;
+    }
     return detail::toRigidTransform<Scalar>(this->transformation_);
   }
   if (!increment_from_matching_) {
@@ -367,6 +378,7 @@ RigidTransform IterativeClosestPoint<PointSource, PointTarget, Scalar>::estimate
     increment_ = estimator_->estimate(matches_.data(), matches_.size(), pose);
   }
   result_.degeneracy = increment_.degeneracy;
+  result_.free_motions = increment_.free_motions;
   // The criteria look at how far the increment moves the origin: R and t are rounded each for itself here.
   this->transformation_ = detail::toMatrix<Scalar>(increment_.transform);
   return increment_.transform;

@@ -90,7 +90,9 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::prepareMatching()
   if (search_ == CorrespondenceSearch::DeviceKdTree && !matches_on_device_)
     throw InvalidArgument("setCorrespondenceSearch(DeviceKdTree) excludes a search method, a correspondence estimation "
                           "or a point representation of the caller's");
-  const bool plain = matches_on_device_ && !this->use_reciprocal_correspondence_ && estimatesOnDevice() &&
+  planes_ = dynamic_cast<const PlaneEstimation*>(this->transformation_estimation_.get());
+  result_.metric = planes_ ? Metric::Plane : Metric::Point;
+  const bool plain = matches_on_device_ && !this->use_reciprocal_correspondence_ && (estimatesOnDevice() || planes_) &&
                      this->correspondence_rejectors_.empty() && pipeline_ == Pipeline::Fused;
   increment_from_matching_ = plain;
   lists_correspondences_ =
@@ -116,7 +118,7 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::prepareMatchingOnD
     matcher_ = make();
     backward_matcher_.reset();
     matcher_search_ = search_;
-    matcher_target_ = 0;
+    matcher_target_ = matcher_normals_ = 0;
   }
   matcher_->setShare(share_);
   matcher_->setNumberOfThreads(result_.threads);
@@ -130,8 +132,8 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::prepareMatchingOnD
       nearest_tree_->refresh();
     const std::uint64_t target =
         device_searches ? search::fingerprintOf(search::pointsOf(*this->target_)) : nearest_tree_->fingerprint();
-    if (matcher_target_ != target) {
-      matcher_target_ = 0;
+    if (matcher_target_ != target || (matcher_normals_ != 0 && !planes_)) {
+      matcher_target_ = matcher_normals_ = 0;
       const auto make_target = [&] {
         return device_searches ? matcher_->makeTarget(search::pointsOf(*this->target_))
                                : matcher_->makeTarget(nearest_tree_->index());
@@ -144,6 +146,8 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::prepareMatchingOnD
     }
   }
   nearest_tree_->takeBuildMilliseconds();
+  if (increment_from_matching_ && planes_)
+    prepareMetric();
   {
     const Stopwatch watch(result_.host_times, "pack");
     matcher_->setSource(takingPart());
@@ -170,6 +174,20 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::prepareMatchingOnD
 }
 
 template <typename PointSource, typename PointTarget, typename Scalar>
+void IterativeClosestPoint<PointSource, PointTarget, Scalar>::prepareMetric()
+{
+  const Stopwatch watch(result_.host_times, "normals");
+  std::shared_ptr<const typename PlaneEstimation::Normals> kept;
+  const Points normals = planes_->normalsOf(*this->target_, device(), kept);
+  const std::uint64_t fingerprint = search::fingerprintOf(normals);
+  if (matcher_normals_ == fingerprint)
+    return;
+  matcher_normals_ = 0;
+  matcher_->setTargetNormals(normals);
+  matcher_normals_ = fingerprint;
+}
+
+template <typename PointSource, typename PointTarget, typename Scalar>
 void IterativeClosestPoint<PointSource, PointTarget, Scalar>::prepareMatchingByCaller()
 {
   if (this->tree_ == nearest_tree_)
@@ -184,6 +202,10 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::prepareMatchingByC
 template <typename PointSource, typename PointTarget, typename Scalar>
 void IterativeClosestPoint<PointSource, PointTarget, Scalar>::prepareEstimator()
 {
+  if (planes_ && !matches_on_device_) {
+    result_.device = planes_->getDevice().info();
+    result_.precision = detail::precisionFor<Scalar>(planes_->getDevice());
+  }
   if (!estimatesOnDevice() || increment_from_matching_)
     return;
   const Stopwatch watch(result_.host_times, "start");
@@ -208,6 +230,7 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::ConvergenceCriteri
 {
   this->correspondences_prev_mse_ = this->correspondences_cur_mse_ = std::numeric_limits<double>::max();
   this->iterations_similar_transforms_ = 0;
+  earlier_.clear();
   this->setConvergenceState(ConvergenceCriteria::CONVERGENCE_CRITERIA_NOT_CONVERGED);
 }
 
@@ -227,7 +250,9 @@ bool IterativeClosestPoint<PointSource, PointTarget, Scalar>::ConvergenceCriteri
   const double rotation_cosine = 0.5 * (increment(0, 0) + increment(1, 1) + increment(2, 2) - 1);
   const double translation_sq =
       increment(0, 3) * increment(0, 3) + increment(1, 3) * increment(1, 3) + increment(2, 3) * increment(2, 3);
-  const double previous = this->correspondences_prev_mse_, change = std::abs(mean_squared_distance_ - previous);
+  const double previous = this->correspondences_prev_mse_;
+  const bool recurs = !earlier_.insert(mean_squared_distance_).second;
+  const double change = recurs ? 0 : std::abs(mean_squared_distance_ - previous);
   this->correspondences_cur_mse_ = mean_squared_distance_;
 
   auto reached = ConvergenceCriteria::CONVERGENCE_CRITERIA_NOT_CONVERGED;
@@ -266,8 +291,8 @@ template <typename PointSource, typename PointTarget, typename Scalar>
 void IterativeClosestPoint<PointSource, PointTarget, Scalar>::prepareRejectors()
 {
   this->determineRequiredBlobData();
-  const bool somebody_looks =
-      !matches_on_device_ || !estimatesOnDevice() || this->need_source_blob_ || this->update_visualizer_;
+  const bool somebody_looks = !matches_on_device_ || !(estimatesOnDevice() || increment_from_matching_) ||
+                              this->need_source_blob_ || this->update_visualizer_;
   moved_source_.reset(somebody_looks ? new PointCloudSource(*this->input_) : nullptr);
 
   pcl::PCLPointCloud2::Ptr target_blob(new pcl::PCLPointCloud2);

@@ -1,160 +1,37 @@
 #pragma once
 
-#include <pcl_gpu_icp/error.h>
-#include <pcl_gpu_icp/impl/matrix.hpp>
-#include <pcl_gpu_icp/search/nearest_kdtree.h>
 #include <pcl_gpu_icp/transformation_estimation_svd.h>
-
-#include <pcl/console/print.h>
-
-#include <limits>
-#include <type_traits>
 
 namespace pcl_gpu_icp {
 
-namespace detail {
-
-/// Sums in double where the caller's scalar is double, and on CPUs, where double costs nothing.
-template <typename Scalar>
-Precision precisionFor(const Device& device)
-{
-  const bool wanted = std::is_same<Scalar, double>::value || device.info().type == DeviceInfo::Type::Cpu;
-  return wanted && device.info().fp64 ? Precision::Double : Precision::Float;
-}
-
-/// The points of a cloud that one member of the correspondences names.
-template <typename PointT>
-Points matchedPoints(const pcl::PointCloud<PointT>& cloud,
-                     const pcl::Correspondences& correspondences,
-                     pcl::index_t pcl::Correspondence::*member)
-{
-  Points points = search::pointsOf(cloud);
-  points.count = correspondences.size();
-  points.index = correspondences.empty() ? nullptr : &(correspondences[0].*member);
-  points.index_stride = sizeof(pcl::Correspondence);
-  return points;
-}
-
-inline bool sameSize(const char* what, std::size_t source, std::size_t target)
-{
-  if (source == target)
-    return true;
-  PCL_ERROR("[pcl_gpu_icp::TransformationEstimationSVD::estimateRigidTransformation] Number of %s in source (%zu) "
-            "differs from target (%zu)!\n",
-            what,
-            source,
-            target);
-  return false;
-}
-
-} // namespace detail
-
 template <typename PointSource, typename PointTarget, typename Scalar>
 TransformationEstimationSVD<PointSource, PointTarget, Scalar>::TransformationEstimationSVD(bool /*use_umeyama*/)
+: DeviceTransformationEstimation<PointSource, PointTarget, Scalar, RigidEstimator>("TransformationEstimationSVD")
 {
-}
-
-template <typename PointSource, typename PointTarget, typename Scalar>
-void TransformationEstimationSVD<PointSource, PointTarget, Scalar>::setDevice(const Device& device)
-{
-  const std::lock_guard<std::mutex> lock(mutex_);
-  device_ = device;
-  idle_estimators_.clear();
-}
-
-template <typename PointSource, typename PointTarget, typename Scalar>
-Device TransformationEstimationSVD<PointSource, PointTarget, Scalar>::getDevice() const
-{
-  const std::lock_guard<std::mutex> lock(mutex_);
-  if (!device_)
-    device_ = Device::select();
-  return *device_;
 }
 
 template <typename PointSource, typename PointTarget, typename Scalar>
 void TransformationEstimationSVD<PointSource, PointTarget, Scalar>::setPipeline(Pipeline pipeline)
 {
-  const std::lock_guard<std::mutex> lock(mutex_);
   pipeline_ = pipeline;
-  idle_estimators_.clear();
+  this->forgetEstimators();
 }
 
 template <typename PointSource, typename PointTarget, typename Scalar>
-Estimate TransformationEstimationSVD<PointSource, PointTarget, Scalar>::getEstimate() const
+std::unique_ptr<RigidEstimator>
+TransformationEstimationSVD<PointSource, PointTarget, Scalar>::makeEstimator(const Device& device) const
 {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  return last_estimate_;
+  return std::make_unique<RigidEstimator>(device, pipeline_, detail::precisionFor<Scalar>(device));
 }
 
 template <typename PointSource, typename PointTarget, typename Scalar>
-void TransformationEstimationSVD<PointSource, PointTarget, Scalar>::estimate(const Points& source,
-                                                                             const Points& target,
-                                                                             Matrix4& transformation_matrix) const
+Estimate TransformationEstimationSVD<PointSource, PointTarget, Scalar>::estimate(
+    RigidEstimator& estimator,
+    const Points& source,
+    const Points& target,
+    const pcl::PointCloud<PointTarget>& /*cloud_tgt*/) const
 {
-  const Device device = getDevice();
-  std::unique_ptr<RigidEstimator> estimator;
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    if (!idle_estimators_.empty()) {
-      estimator = std::move(idle_estimators_.back());
-      idle_estimators_.pop_back();
-    }
-  }
-  if (!estimator)
-    estimator = std::make_unique<RigidEstimator>(device, pipeline_, detail::precisionFor<Scalar>(device));
-
-  const Estimate estimate = estimator->estimate(source, target);
-  transformation_matrix = detail::toMatrix<Scalar>(rounded<Scalar>(estimate.transform, estimate.sourceCentroid()));
-
-  const std::lock_guard<std::mutex> lock(mutex_);
-  last_estimate_ = estimate;
-  idle_estimators_.push_back(std::move(estimator));
-}
-
-template <typename PointSource, typename PointTarget, typename Scalar>
-void TransformationEstimationSVD<PointSource, PointTarget, Scalar>::estimateRigidTransformation(
-    const pcl::PointCloud<PointSource>& cloud_src,
-    const pcl::PointCloud<PointTarget>& cloud_tgt,
-    Matrix4& transformation_matrix) const
-{
-  if (detail::sameSize("points", cloud_src.size(), cloud_tgt.size()))
-    estimate(search::pointsOf(cloud_src), search::pointsOf(cloud_tgt), transformation_matrix);
-}
-
-template <typename PointSource, typename PointTarget, typename Scalar>
-void TransformationEstimationSVD<PointSource, PointTarget, Scalar>::estimateRigidTransformation(
-    const pcl::PointCloud<PointSource>& cloud_src,
-    const pcl::Indices& indices_src,
-    const pcl::PointCloud<PointTarget>& cloud_tgt,
-    Matrix4& transformation_matrix) const
-{
-  if (detail::sameSize("points", indices_src.size(), cloud_tgt.size()))
-    estimate(search::pointsOf(cloud_src, &indices_src), search::pointsOf(cloud_tgt), transformation_matrix);
-}
-
-template <typename PointSource, typename PointTarget, typename Scalar>
-void TransformationEstimationSVD<PointSource, PointTarget, Scalar>::estimateRigidTransformation(
-    const pcl::PointCloud<PointSource>& cloud_src,
-    const pcl::Indices& indices_src,
-    const pcl::PointCloud<PointTarget>& cloud_tgt,
-    const pcl::Indices& indices_tgt,
-    Matrix4& transformation_matrix) const
-{
-  if (detail::sameSize("indices", indices_src.size(), indices_tgt.size()))
-    estimate(
-        search::pointsOf(cloud_src, &indices_src), search::pointsOf(cloud_tgt, &indices_tgt), transformation_matrix);
-}
-
-template <typename PointSource, typename PointTarget, typename Scalar>
-void TransformationEstimationSVD<PointSource, PointTarget, Scalar>::estimateRigidTransformation(
-    const pcl::PointCloud<PointSource>& cloud_src,
-    const pcl::PointCloud<PointTarget>& cloud_tgt,
-    const pcl::Correspondences& correspondences,
-    Matrix4& transformation_matrix) const
-{
-  estimate(detail::matchedPoints(cloud_src, correspondences, &pcl::Correspondence::index_query),
-           detail::matchedPoints(cloud_tgt, correspondences, &pcl::Correspondence::index_match),
-           transformation_matrix);
+  return estimator.estimate(source, target);
 }
 
 } // namespace pcl_gpu_icp

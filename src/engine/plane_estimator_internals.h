@@ -1,0 +1,13 @@
+#pragma once
+
+#include "opencl/context.h"
+
+#include <pcl_gpu_icp/plane_estimator.h>
+
+namespace pcl_gpu_icp {
+
+/// A PlaneEstimator whose kernels are adapted to other traits than the device's own: tests run every kernel shape on
+/// every device.
+PlaneEstimator makePlaneEstimator(const Device& device, const opencl::Traits& traits, Precision precision);
+
+} // namespace pcl_gpu_icp
