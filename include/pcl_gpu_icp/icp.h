@@ -86,6 +86,10 @@ public:
   void align(PointCloudSource& output);
   void align(PointCloudSource& output, const Matrix4& guess);
 
+  /// As align(), but without the aligned cloud and the list of correspondences: getFinalTransformation() and
+  /// getResult() have the answer.
+  void alignWithoutOutput(const Matrix4& guess = Matrix4::Identity());
+
   /// Mean squared distance from the transformed source points (those of setIndices()) to their nearest target points,
   /// over the points whose squared distance is at most `max_range`; the largest double when there is none. As
   /// pcl::Registration::getFitnessScore. After an align() on the same clouds only the points are searched for whose
@@ -187,6 +191,7 @@ private:
   bool tree_just_built_ = false;                ///< pcl::Registration built the tree for this alignment
   bool matches_on_device_ = false;              ///< by matcher_; otherwise the caller's own search answers
   bool lists_correspondences_ = true;           ///< somebody looks at each iteration's
+  bool with_output_ = true;                     ///< somebody looks at the last one's, and at the aligned cloud
   bool increment_from_matching_ = false;        ///< the matching pass estimates it
   const PlaneEstimation* planes_ = nullptr;     ///< the caller's estimator, where it is point-to-plane on the device
   pcl::IndicesPtr finite_indices_;              ///< source points that take part,

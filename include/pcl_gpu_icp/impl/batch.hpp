@@ -32,8 +32,7 @@ BatchResult BatchAligner::align(DeviceLane& lane,
                                 bool with_fitness_score)
 {
   icp.enter(lane);
-  typename IterativeClosestPoint<PointSource, PointTarget, Scalar>::PointCloudSource aligned;
-  icp.align(aligned, guess);
+  icp.alignWithoutOutput(guess);
   BatchResult result;
   result.alignment = icp.getResult();
   result.transform = detail::toRigidTransform<Scalar>(icp.getFinalTransformation());

@@ -161,6 +161,15 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::align(PointCloudSo
 }
 
 template <typename PointSource, typename PointTarget, typename Scalar>
+void IterativeClosestPoint<PointSource, PointTarget, Scalar>::alignWithoutOutput(const Matrix4& guess)
+{
+  PointCloudSource unmoved;
+  with_output_ = false;
+  align(unmoved, guess);
+  with_output_ = true;
+}
+
+template <typename PointSource, typename PointTarget, typename Scalar>
 bool IterativeClosestPoint<PointSource, PointTarget, Scalar>::indicesAreValid()
 {
   if (!this->input_ || !this->indices_)
@@ -203,6 +212,8 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::computeTransformat
   result_.iterations = this->nr_iterations_;
   moved_source_.reset();
 
+  if (!with_output_)
+    return;
   if (usesAllPoints())
     output = *this->input_;
   else
@@ -433,7 +444,8 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::report(const Rigid
   result_.requests = stageRequests(matched_);
   if (increment_from_matching_) {
     result_.rmse = std::sqrt(matcher_->meanSquaredDistance(pose));
-    listCorrespondences(matcher_->correspondences(matched_pose_));
+    if (with_output_)
+      listCorrespondences(matcher_->correspondences(matched_pose_));
   }
   else
     result_.rmse = std::sqrt(
