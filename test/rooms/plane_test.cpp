@@ -217,7 +217,9 @@ TEST_P(PlaneStage, NoPairsAreEmpty)
   EXPECT_THROW(estimate(two, two, none), InvalidArgument);
 }
 
-TEST_P(PlaneStage, MatchesMakeTheIncrementOfTheirList)
+class PlaneMatching : public OnDevice {};
+
+TEST_P(PlaneMatching, MakesTheIncrementOfTheList)
 {
   for (const bool device_searches : {false, true}) {
     if (device_searches && GetParam().device.info().platform == "rusticl" &&
@@ -267,5 +269,6 @@ TEST_P(PlaneStage, MatchesMakeTheIncrementOfTheirList)
 }
 
 RUN_WITH_EVERY_KERNEL(PlaneStage);
+RUN_WITH_EVERY_KERNEL(PlaneMatching);
 
 } // namespace pcl_gpu_icp::test
