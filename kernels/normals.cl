@@ -34,10 +34,8 @@ static inline float3 normal_at(float3 query,
   real A[9], V[9];
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j)
-      A[3 * i + j] = (second[3 * i + j] - first[i] * first[j] / max(count, 1u));
+      A[3 * i + j] = (second[3 * i + j] - first[i] * first[j] / count);
   const real trace = A[0] + A[4] + A[8];
-  if (count < 3 || !(trace > count * resolution_sq) || isinf(trace))
-    return (float3)(NAN);
   for (int i = 0; i < 9; ++i)
     A[i] /= trace;
   // A symmetric matrix's columns, orthogonalised from the right, leave its eigenvectors in V.
@@ -46,6 +44,7 @@ static inline float3 normal_at(float3 query,
   const real norms[3] = {column_norm(A, 0), column_norm(A, 1), column_norm(A, 2)};
   const int least = norms[0] <= norms[1] ? (norms[0] <= norms[2] ? 0 : 2) : (norms[1] <= norms[2] ? 1 : 2);
   const real middle = fmin(norms[(least + 1) % 3], norms[(least + 2) % 3]);
+  // Also where all is zero or too large, and therefore NaN.
   if (!(middle > fmax(16 * REAL_EPSILON, count * resolution_sq / trace)))
     return (float3)(NAN);
   return (float3)(V[least], V[3 + least], V[6 + least]);
