@@ -1,5 +1,5 @@
 // One method of this library's or of PCL's on one pair of clouds, in a process of its own; bench/compare.py runs it.
-//   align_benchmark stock|pcl|device|accelerated SOURCE TARGET ITERATIONS [converge|window]
+//   align_benchmark stock|pcl|device|accelerated|planes SOURCE TARGET ITERATIONS [converge|window]
 //   align_benchmark points SCAN.pcd POINTS     writes the finite points of a scan
 // Clouds are raw float32 triples. Prints a line of JSON: milliseconds from clouds to transform (trees included, nothing
 // known from before), iterations, transform, the process's peak memory, and what the device took to start.
@@ -109,18 +109,21 @@ nlohmann::json run(int count, char** arguments)
 {
   if (count < 5)
     throw std::invalid_argument(
-        "align_benchmark stock|pcl|device|accelerated SOURCE TARGET ITERATIONS [converge|window]");
+        "align_benchmark stock|pcl|device|accelerated|planes SOURCE TARGET ITERATIONS [converge|window]");
   const std::string method = arguments[1], mode = count > 5 ? arguments[5] : "";
   if (method == "stock") {
     Stock icp;
     return measure(icp, arguments, mode, 0);
   }
-  if (method != "pcl" && method != "device" && method != "accelerated")
+  if (method != "pcl" && method != "device" && method != "accelerated" && method != "planes")
     throw std::invalid_argument("unknown method " + method);
   Ours icp;
   icp.setCorrespondenceSearch(method == "pcl" ? pcl_gpu_icp::CorrespondenceSearch::PclKdTree
                                               : pcl_gpu_icp::CorrespondenceSearch::DeviceKdTree);
   icp.setAndersonAcceleration(method == "accelerated");
+  if (method == "planes")
+    icp.setTransformationEstimation(
+        pcl::make_shared<pcl_gpu_icp::TransformationEstimationPointToPlaneLLS<Point, Point>>());
   nlohmann::json result = measure(icp, arguments, mode, 1);
   const auto& last = icp.getResult();
   result["iterations"] = last.iterations;

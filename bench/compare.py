@@ -22,7 +22,7 @@ import matplotlib.pyplot as plt
 
 BINARIES, SCANS, OUTPUT = (pathlib.Path(argument).resolve() for argument in sys.argv[1:4])
 OURS = {"stock PCL": "stock", "ours, default": "pcl", "ours, device": "device"}
-ACCELERATED = {"ours, device, Anderson": "accelerated"}
+OTHER_PATHS = {"ours, device, Anderson": "accelerated", "ours, device, point-to-plane": "planes"}
 PEERS = ["small_gicp ICP", "Open3D ICP"]
 PEERS_TO_CONVERGENCE = PEERS + ["small_gicp point-to-plane", "small_gicp GICP", "Open3D point-to-plane"]
 ITERATIONS, ITERATIONS_AT_MOST = 30, 200
@@ -60,7 +60,7 @@ def prepared(file, voxel, no_zero_returns, folder):
 
 
 def run(method, files, iterations, mode=None):
-    own = (OURS | ACCELERATED).get(method)
+    own = (OURS | OTHER_PATHS).get(method)
     command = [str(BINARIES / "bench/align_benchmark"), own] if own else [
         sys.executable, str(pathlib.Path(__file__).with_name("peer.py")), method]
     command += [*map(str, files), str(iterations)] + ([mode] if mode else [])
@@ -225,7 +225,7 @@ def main():
             print(pair[0], file=sys.stderr, flush=True)
             results.append(compare(pair, [*OURS, *PEERS], ITERATIONS, None, folder))
             converged.append(
-                compare(pair, [*OURS, *ACCELERATED, *PEERS_TO_CONVERGENCE], ITERATIONS_AT_MOST, "converge", folder))
+                compare(pair, [*OURS, *OTHER_PATHS, *PEERS_TO_CONVERGENCE], ITERATIONS_AT_MOST, "converge", folder))
             windows.append(compare(pair, [*OURS, PEERS[0]], ITERATIONS, "window", folder))
         print("growth", file=sys.stderr, flush=True)
         growth = grow(folder)

@@ -16,7 +16,7 @@
 
 #pragma OPENCL FP_CONTRACT ON
 
-// source_points, stride, n, pose, matches: as in match.cl
+// source_points, stride, n, pose, matches: as in match.cl; from the last source point to the stride matches are -1
 // normals: in leaves as the target's points are
 // partials: PLANE_SUMS_ROWS rows of SUMS_PER_BLOCK sums for each block
 
@@ -72,8 +72,7 @@ kernel void plane_sums(global const float* source_points,
     sums[s] = 0;
   for (uint i = begin; i < end; i += 16) {
     const int16 match = vload16(0, matches + i);
-    const int16 matched = match >= 0 && LANE_NUMBERS < (int16)(n - i);
-    add_planes(sums, moved(&source, i, pose), gathered(leaves, match), gathered(normals, match), matched, centre);
+    add_planes(sums, moved(&source, i, pose), gathered(leaves, match), gathered(normals, match), match >= 0, centre);
   }
   for (int s = 0; s < PLANE_SUMS_ROWS * SUMS_PER_BLOCK; ++s)
     partials[(s / SUMS_PER_BLOCK * blocks + block) * SUMS_PER_BLOCK + s % SUMS_PER_BLOCK] =

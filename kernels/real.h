@@ -10,6 +10,7 @@ typedef double8 real_lanes;
 typedef double16 real_sums;
 #define LANES 8
 #define load_lanes(p) convert_double8(vload8(0, p))
+#define store_lanes(v, p) vstore8(convert_float8(v), 0, p)
 #define REAL_EPSILON DBL_EPSILON
 #else
 typedef float real;
@@ -18,6 +19,7 @@ typedef float16 real_lanes;
 typedef float16 real_sums;
 #define LANES 16
 #define load_lanes(p) vload16(0, p)
+#define store_lanes(v, p) vstore16(v, 0, p)
 #define REAL_EPSILON FLT_EPSILON
 #endif
 

@@ -28,7 +28,8 @@ class PCL_GPU_ICP_API Matcher {
 public:
   /// \param search whose kernels are built here, so that one that does not compile shows and no match waits for it
   /// \param precision Double is used where the device has it; precision() tells what runs
-  Matcher(const Device& device, CorrespondenceSearch search, Precision precision);
+  /// \param metric Plane builds in addition what setTargetNormals() will need
+  Matcher(const Device& device, CorrespondenceSearch search, Precision precision, Metric metric = Metric::Point);
   ~Matcher();
   Matcher(Matcher&&) noexcept;
   Matcher& operator=(Matcher&&) noexcept;

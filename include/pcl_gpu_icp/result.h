@@ -117,8 +117,9 @@ struct AlignmentResult {
   std::vector<StageRequest> requests; ///< of the last iteration
   std::size_t device_bytes = 0;       ///< what matching and estimation hold on the device
   StageTimes device_times;            ///< per stage and transfer, from the device's event timers
-  /// "start" (device and kernels), "tree", "normals" (of the target, point-to-plane), "pack" (the source), "search" (with DeviceKdTree or the default search the
-  /// whole pass over the pairs), "estimate" (where listed pairs are estimated apart), "total"
+  /// "start" (device and kernels), "tree", "normals" (of the target, point-to-plane), "pack" (the source), "search"
+  /// (with DeviceKdTree or the default search the whole pass over the pairs), "estimate" (where listed pairs are
+  /// estimated apart), "total"
   StageTimes host_times;
 };
 

@@ -177,7 +177,7 @@ struct Matcher::Implementation {
   std::optional<PlaneIncrement> planes; ///< makes the increments in place of the five stages
 };
 
-Matcher::Matcher(const Device& device, CorrespondenceSearch search, Precision precision)
+Matcher::Matcher(const Device& device, CorrespondenceSearch search, Precision precision, Metric metric)
 : Matcher(makeMatcher(device, opencl::Traits::of(device.info()), precision))
 {
   const float points[] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
@@ -190,6 +190,8 @@ Matcher::Matcher(const Device& device, CorrespondenceSearch search, Precision pr
   else
     setTarget(makeTarget(cloud));
   setSource(cloud);
+  if (metric == Metric::Plane)
+    setTargetNormals(cloud);
   match({}, 1);
   meanSquaredDistance({});
   takeTimes();

@@ -80,7 +80,10 @@ std::vector<std::array<float, 3>> NormalEstimator::estimate(const Points& points
   std::vector<PlacedPoint> distinct = all;
   search::dropCoincident(distinct);
   search::sortIntoLeaves(distinct, threads);
-  search::sortIntoLeaves(all, threads);
+  if (distinct.size() == all.size())
+    all = distinct;
+  else
+    search::sortIntoLeaves(all, threads);
   stages::packTree(self.queue, search::BoxTree(distinct, threads), self.target);
 
   const auto k = static_cast<cl_uint>(neighbours);

@@ -38,9 +38,9 @@ struct PlaneEstimator::Implementation {
 
   Precision precision;
   opencl::Queue queue;
-  stages::SourcePoints source;
   stages::TargetPoints target;
   opencl::Buffer matches{"matches"};
+  stages::SourcePoints source;
   PlaneIncrement increment;
 };
 

@@ -55,7 +55,7 @@ Cloud sphere(Random& random, std::size_t n, double radius, const Vector3d& centr
 
 } // namespace
 
-class NormalsStage : public OnDevice {
+class NormalEstimation : public OnDevice {
 protected:
   std::vector<std::array<float, 3>> estimate(const Cloud& cloud, unsigned k = 20)
   {
@@ -66,7 +66,7 @@ protected:
   NormalEstimator estimator_{makeNormalEstimator(GetParam().device, GetParam().traits, GetParam().precision)};
 };
 
-TEST_P(NormalsStage, AreThoseOfTheReference)
+TEST_P(NormalEstimation, AreThoseOfTheReference)
 {
   unsigned seed = 0;
   for (const std::size_t n : {3, 15, 16, 17, 255, 257, 600})
@@ -89,7 +89,7 @@ TEST_P(NormalsStage, AreThoseOfTheReference)
     }
 }
 
-TEST_P(NormalsStage, OfAPlaneAreItsOwn)
+TEST_P(NormalEstimation, OfAPlaneAreItsOwn)
 {
   for (unsigned seed = 0; seed < 10; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
@@ -101,7 +101,7 @@ TEST_P(NormalsStage, OfAPlaneAreItsOwn)
   }
 }
 
-TEST_P(NormalsStage, MorePointsThanAreAskedForAtOnce)
+TEST_P(NormalEstimation, MorePointsThanAreAskedForAtOnce)
 {
   Random random(1);
   const std::size_t n = affordable(40'000);
@@ -114,7 +114,7 @@ TEST_P(NormalsStage, MorePointsThanAreAskedForAtOnce)
   EXPECT_EQ(estimate(cloud), normals) << "the same bits again";
 }
 
-TEST_P(NormalsStage, FarFromTheOrigin)
+TEST_P(NormalEstimation, FarFromTheOrigin)
 {
   Random random(2);
   const Vector3d centre(4e5, 5e6, 100);
@@ -129,7 +129,7 @@ TEST_P(NormalsStage, FarFromTheOrigin)
   }
 }
 
-TEST_P(NormalsStage, WherePointsSpanNoPlaneThereIsNone)
+TEST_P(NormalEstimation, WherePointsSpanNoPlaneThereIsNone)
 {
   Random random(3);
   const auto isNone = [](const std::array<float, 3>& normal) { return std::isnan(normal[0] + normal[1] + normal[2]); };
@@ -150,7 +150,7 @@ TEST_P(NormalsStage, WherePointsSpanNoPlaneThereIsNone)
     EXPECT_EQ(isNone(normals[i]), i == 7 || i == 49) << i;
 }
 
-TEST_P(NormalsStage, CoincidentPointsCountOnce)
+TEST_P(NormalEstimation, CoincidentPointsCountOnce)
 {
   Random random(4);
   const Cloud once = random.cloud(60);
@@ -161,7 +161,7 @@ TEST_P(NormalsStage, CoincidentPointsCountOnce)
     EXPECT_EQ(found[i], expected[i < 60 ? i : 11]) << i;
 }
 
-TEST_P(NormalsStage, AnIndexNamesThePoints)
+TEST_P(NormalEstimation, AnIndexNamesThePoints)
 {
   Random random(5);
   const Cloud cloud = random.cloud(90);
@@ -176,7 +176,7 @@ TEST_P(NormalsStage, AnIndexNamesThePoints)
   EXPECT_EQ(estimator_.estimate(points), estimate(named));
 }
 
-TEST_P(NormalsStage, OtherNumbersOfNeighboursAreRefused)
+TEST_P(NormalEstimation, OtherNumbersOfNeighboursAreRefused)
 {
   Random random(6);
   const Cloud cloud = random.cloud(10);
@@ -185,7 +185,7 @@ TEST_P(NormalsStage, OtherNumbersOfNeighboursAreRefused)
 }
 
 INSTANTIATE_TEST_SUITE_P(,
-                         NormalsStage,
+                         NormalEstimation,
                          testing::ValuesIn([] {
                            // Mesa 22.3 miscompiles the chunked search, which Traits::of never chooses there.
                            auto cases = kernelCases();

@@ -206,6 +206,49 @@ TEST_P(PlaneStage, FreeMotionsAreCounted)
   EXPECT_EQ(freeMotions(random.cloud(2), directions(random, 2)), 4);
 }
 
+TEST_P(PlaneStage, AnyPairsGiveARigidMotion)
+{
+  for (unsigned seed = 0; seed < GetParam().affordable(6000) / 30; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    Random random(seed);
+    const std::size_t n = random.count(1, 60);
+    const Vector3d extents(random.count(0, 2), random.count(0, 2), random.count(0, 2));
+    const Vector3d centre = seed % 4 == 3 ? Vector3d(4e3, -5e4, 100) : Vector3d(1, 0, -2);
+    const Cloud target = random.cloud(n, extents, centre);
+    Cloud normals = directions(random, n);
+    // Of all directions, of one, of those in a plane, of none.
+    const auto kind = random.count(0, 3);
+    for (int i = 0; i < normals.cols(); ++i)
+      if (kind == 1)
+        normals.col(i) = normals.col(0);
+      else if (kind == 2)
+        normals(2, i) = 0;
+      else if (kind == 3 && i % 2)
+        normals.col(i).setZero();
+    const double error = random.uniform(0, 1e-3);
+    Cloud source(3, n);
+    for (int i = 0; i < source.cols(); ++i)
+      source.col(i) = (target.col(i).cast<double>() + random.direction() * error).cast<float>();
+    const Estimate found = estimate(source, target, normals);
+    const Isometry3d motion = isometryOf(found.transform);
+    ASSERT_TRUE(motion.matrix().allFinite());
+    ASSERT_LT((motion.linear() * motion.linear().transpose() - Eigen::Matrix3d::Identity()).norm(), 1e-12);
+    ASSERT_GE(found.free_motions, 0);
+    ASSERT_EQ(found.degeneracy, found.free_motions > 0 ? Degeneracy::Sliding : Degeneracy::None);
+    // Five pairs at most hold as many motions.
+    ASSERT_GE(found.free_motions, 6 - int(n));
+    // Few pairs may call for a turn beyond what is linear; otherwise the distances shrink.
+    if (Eigen::AngleAxisd(motion.linear()).angle() > 0.02)
+      continue;
+    const auto residual = [&](const Isometry3d& pose) {
+      const Eigen::Matrix3Xd gap = target.cast<double>() - pose * Eigen::Matrix3Xd(source.cast<double>());
+      return std::sqrt(gap.cwiseProduct(normals.cast<double>()).colwise().sum().squaredNorm() / double(n));
+    };
+    const double rounding = 4 * centre.cwiseAbs().maxCoeff() * std::numeric_limits<float>::epsilon();
+    ASSERT_LE(residual(motion), residual(Isometry3d::Identity()) * 1.05 + rounding + 1e-6);
+  }
+}
+
 TEST_P(PlaneStage, NoPairsAreEmpty)
 {
   const Cloud none(3, 0);
@@ -217,7 +260,9 @@ TEST_P(PlaneStage, NoPairsAreEmpty)
   EXPECT_THROW(estimate(two, two, none), InvalidArgument);
 }
 
-TEST_P(PlaneStage, MatchesMakeTheIncrementOfTheirList)
+class PlaneMatching : public OnDevice {};
+
+TEST_P(PlaneMatching, MakesTheIncrementOfTheList)
 {
   for (const bool device_searches : {false, true}) {
     if (device_searches && GetParam().device.info().platform == "rusticl" &&
@@ -240,10 +285,11 @@ TEST_P(PlaneStage, MatchesMakeTheIncrementOfTheirList)
     matcher.setTargetNormals(viewOf(target.normals));
     matcher.setSource(viewOf(source));
     const Isometry3d pose = motion({1, 1, 0}, 0.03, {0.1, 0, 0.05});
-    const Matches matches = matcher.match(transformOf(pose), 0.25F);
+    const Matches matches = matcher.match(transformOf(pose), 30.0F / n);
     const auto listed = matcher.correspondences(transformOf(pose));
     ASSERT_EQ(matches.increment.pairs, listed.size());
-    ASSERT_LT(listed.size(), n);
+    ASSERT_LT(listed.size(), 0.95 * n);
+    ASSERT_GT(listed.size(), 0.2 * n);
     const Cloud at_pose = moved(source, pose);
     Cloud p(3, listed.size()), q(3, listed.size()), normals(3, listed.size());
     for (std::size_t i = 0; i < listed.size(); ++i) {
@@ -267,5 +313,6 @@ TEST_P(PlaneStage, MatchesMakeTheIncrementOfTheirList)
 }
 
 RUN_WITH_EVERY_KERNEL(PlaneStage);
+RUN_WITH_EVERY_KERNEL(PlaneMatching);
 
 } // namespace pcl_gpu_icp::test

@@ -112,7 +112,7 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::prepareMatchingOnD
   const bool device_searches = search_ == CorrespondenceSearch::DeviceKdTree;
   const auto make = [this] {
     const Stopwatch watch(result_.host_times, "start");
-    return std::make_unique<Matcher>(device(), search_, detail::precisionFor<Scalar>(device()));
+    return std::make_unique<Matcher>(device(), search_, detail::precisionFor<Scalar>(device()), result_.metric);
   };
   if (!matcher_ || matcher_search_ != search_ || matcher_->precision() != detail::precisionFor<Scalar>(device())) {
     matcher_ = make();
