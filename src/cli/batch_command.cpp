@@ -2,6 +2,7 @@
 #include "cli/batch_ledger.h"
 #include "cli/batch_progress.h"
 #include "cli/commands.h"
+#include "cli/guess.h"
 #include "cli/interruption.h"
 #include "cli/manifest.h"
 #include "cli/number.h"
@@ -224,7 +225,8 @@ private:
         report.trajectory->ends_before_pair = trajectory.poses().size() - 1;
         break;
       }
-      trajectory.add(outcome->transform);
+      // Where the scanner stood is mapped as it was; the rotation, of 9 digits, would lose more with each scan.
+      trajectory.add(orthonormalised(outcome->transform, {0, 0, 0}));
     }
     report.trajectory->scans = pairs_.size() + 1;
     report.trajectory->poses = trajectory.poses().size();

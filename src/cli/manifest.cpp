@@ -1,6 +1,7 @@
 #include "cli/manifest.h"
 
 #include "cli/csv.h"
+#include "cli/guess.h"
 #include "cli/input_file.h"
 #include "cli/number.h"
 
@@ -14,12 +15,6 @@ namespace pcl_gpu_icp::cli {
 namespace {
 
 namespace fs = std::filesystem;
-
-bool isNumbers(const std::string& guess)
-{
-  std::string_view words(guess);
-  return parseNumber<double>(nextWord(words, " ,")).has_value();
-}
 
 /// Turns lines into pairs.
 class Manifest {
@@ -63,7 +58,7 @@ public:
     pair.alignment.source = found(pair.identity.source);
     pair.alignment.target = found(pair.identity.target);
     auto& guess = pair.alignment.guess;
-    if (columns.count("guess") > 0 && !isNumbers(*guess))
+    if (columns.count("guess") > 0 && namesFile(*guess))
       guess = found(*guess);
     pairs_.push_back(std::move(pair));
   }

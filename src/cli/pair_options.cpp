@@ -60,7 +60,7 @@ std::string PairOptions::checked(const std::string& name, const std::string& tex
   std::string result = canonical(text);
   try {
     const AlignmentOptions options = parse({{name, result}});
-    if (options.guess && *options.guess != text) // numbers; a file is read when its turn comes
+    if (options.guess && !namesFile(*options.guess)) // a file is read when its turn comes
       readGuess(*options.guess);
   } catch (const CLI::ParseError& error) {
     const std::string what = error.what();
