@@ -219,18 +219,18 @@ private:
   void writeTrajectory(report::BatchReport& report)
   {
     report::Trajectory trajectory;
-    report.trajectory.emplace();
+    report::TrajectoryReport& written = report.trajectory.emplace();
     for (const auto& outcome : ledger_.outcomes()) {
       if (!outcome || outcome->status != report::PairStatus::Converged) {
-        report.trajectory->ends_before_pair = trajectory.poses().size() - 1;
+        written.ends_before_pair = trajectory.poses().size() - 1;
         break;
       }
       // Where the scanner stood is mapped as it was; the rotation, of 9 digits, would lose more with each scan.
       trajectory.add(orthonormalised(outcome->transform, {0, 0, 0}));
     }
-    report.trajectory->scans = pairs_.size() + 1;
-    report.trajectory->poses = trajectory.poses().size();
-    report.trajectories = {files_.kitti->path(), files_.tum->path()};
+    written.scans = pairs_.size() + 1;
+    written.poses = trajectory.poses().size();
+    written.files = {files_.kitti->path(), files_.tum->path()};
     files_.kitti->write(report::kittiText(trajectory));
     files_.tum->write(report::tumText(trajectory));
   }

@@ -76,7 +76,7 @@ AlignmentOptions PairOptions::parse(const OptionTexts& texts)
 {
   std::vector<std::string> arguments;
   for (const auto& [name, text] : texts)
-    arguments.push_back("--" + name + "=" + text);
+    arguments.push_back(std::string("--").append(name).append("=").append(text));
   options_ = AlignmentOptions();
   app_.parse(arguments); // takes them from the end, and their order means nothing
   return options_;

@@ -25,10 +25,10 @@ Json unsuccessfulJson(const BatchReport& report)
   return list;
 }
 
-Json trajectoryJson(const BatchReport& report)
+Json trajectoryJson(const TrajectoryReport& trajectory)
 {
-  Json json{{"files", report.trajectories}, {"scans", report.trajectory->scans}, {"poses", report.trajectory->poses}};
-  const auto end = report.trajectory->ends_before_pair;
+  Json json{{"files", trajectory.files}, {"scans", trajectory.scans}, {"poses", trajectory.poses}};
+  const auto end = trajectory.ends_before_pair;
   json["ends_before_pair"] = end ? Json(*end) : Json();
   return json;
 }
@@ -63,7 +63,7 @@ std::string toText(const BatchReport& report)
     text += format(", %.1f pairs/s", *rate);
   text += "\nresults    " + report.results + "\n";
   if (report.trajectory) {
-    for (const std::string& file : report.trajectories)
+    for (const std::string& file : report.trajectory->files)
       text += "trajectory " + file + "\n";
     text += format("poses      %zu of %zu scans", report.trajectory->poses, report.trajectory->scans);
     if (const auto end = report.trajectory->ends_before_pair)
@@ -97,7 +97,7 @@ std::string toJson(const BatchReport& report)
   const auto rate = report.pairsPerSecond();
   json["pairs_per_second"] = rate ? Json(*rate) : Json();
   json["results"] = report.results;
-  json["trajectory"] = report.trajectory ? trajectoryJson(report) : Json();
+  json["trajectory"] = report.trajectory ? trajectoryJson(*report.trajectory) : Json();
   json["devices"] = Json::array();
   for (const DeviceInfo& device : report.devices)
     json["devices"].push_back(deviceJson(device));

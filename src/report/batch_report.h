@@ -19,28 +19,29 @@ struct Shard {
   std::size_t of = 1;
 };
 
+struct UnsuccessfulPair {
+  PairIdentity identity;
+  PairOutcome outcome;
+};
+
+struct TrajectoryReport {
+  std::vector<std::string> files;
+  std::size_t scans = 0;
+  std::size_t poses = 0;
+  std::optional<std::size_t> ends_before_pair; ///< the first without a transform
+};
+
 /// What a whole batch came to.
 struct BatchReport {
-  struct Unsuccessful {
-    PairIdentity identity;
-    PairOutcome outcome;
-  };
-  struct Poses {
-    std::size_t scans = 0;
-    std::size_t poses = 0;
-    std::optional<std::size_t> ends_before_pair; ///< the first without a transform
-  };
-
   std::optional<Shard> shard;
-  std::string results; ///< the files' names
-  std::vector<std::string> trajectories;
+  std::string results; ///< the file
   std::size_t pairs = 0;
   std::size_t converged = 0;
-  std::vector<Unsuccessful> unsuccessful; ///< by their positions
-  std::size_t kept = 0;                   ///< of an earlier run
-  std::size_t aligned = 0;                ///< in this one
-  double wall_s = 0;                      ///< of this one
-  std::optional<Poses> trajectory;
+  std::vector<UnsuccessfulPair> unsuccessful; ///< by their positions
+  std::size_t kept = 0;                       ///< of an earlier run
+  std::size_t aligned = 0;                    ///< in this one
+  double wall_s = 0;                          ///< of this one
+  std::optional<TrajectoryReport> trajectory; ///< of a sequence
 
   std::vector<DeviceInfo> devices;
   Policy policy = Policy::SmallestFirst;

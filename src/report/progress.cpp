@@ -2,6 +2,8 @@
 
 #include "report/format.h"
 
+#include <cmath>
+
 namespace pcl_gpu_icp::report {
 namespace {
 
@@ -9,7 +11,7 @@ constexpr std::size_t bar_width = 24;
 
 std::string durationText(double seconds)
 {
-  const auto whole = static_cast<unsigned long>(seconds + 0.5);
+  const auto whole = static_cast<unsigned long>(std::lround(seconds));
   const unsigned long hours = whole / 3600, minutes = whole / 60 % 60;
   return hours > 0 ? format("%lu:%02lu:%02lu", hours, minutes, whole % 60) : format("%lu:%02lu", minutes, whole % 60);
 }

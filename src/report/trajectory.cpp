@@ -38,7 +38,7 @@ std::string kittiText(const Trajectory& trajectory)
   for (const RigidTransform& pose : trajectory.poses()) {
     const auto& r = pose.rotation;
     const auto& t = pose.translation;
-    for (int row = 0; row < 3; ++row)
+    for (std::size_t row = 0; row < 3; ++row)
       text +=
           format("%.17g %.17g %.17g %.17g%c", r[3 * row], r[3 * row + 1], r[3 * row + 2], t[row], row < 2 ? ' ' : '\n');
   }
