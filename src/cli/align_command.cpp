@@ -3,20 +3,20 @@
 #include "cli/cloud_pair.h"
 #include "cli/commands.h"
 #include "cli/icp_settings.h"
+#include "cli/live_line.h"
 #include "cli/options.h"
 #include "cli/output_file.h"
 
+#include "report/format.h"
 #include "report/matrix.h"
 
 #include <pcl_gpu_icp/device.h>
 #include <pcl_gpu_icp/icp.h>
 #include <pcl_gpu_icp/stopwatch.h>
 
-#include <cstdio>
 #include <limits>
 #include <memory>
 #include <optional>
-#include <unistd.h>
 
 namespace pcl_gpu_icp::cli {
 namespace {
@@ -53,28 +53,6 @@ Outputs openOutputs(const AlignOptions& options)
   return outputs;
 }
 
-/// A line on the terminal that every iteration renews and that is gone in the end.
-class LiveLine {
-public:
-  explicit LiveLine(bool shown)
-  : shown_(shown)
-  {
-  }
-  ~LiveLine()
-  {
-    if (shown_)
-      std::fputs("\r\033[K", stderr);
-  }
-  void show(int iteration, double rmse, std::size_t searched)
-  {
-    if (shown_)
-      std::fprintf(stderr, "\riteration %d  RMSE %.6g  searched %zu points\033[K", iteration, rmse, searched);
-  }
-
-private:
-  bool shown_;
-};
-
 void runIcp(Icp& icp, const CloudPair& pair, const AlignOptions& options, const Device& device)
 {
   applySettings(icp, options);
@@ -82,9 +60,10 @@ void runIcp(Icp& icp, const CloudPair& pair, const AlignOptions& options, const 
   icp.setInputSource(pair.source.points);
   icp.setInputTarget(pair.target.points);
 
-  LiveLine line(!options.quiet && isatty(STDERR_FILENO));
-  icp.setIterationCallback(
-      [&line](int iteration, double rmse, std::size_t searched) { line.show(iteration, rmse, searched); });
+  LiveLine line(!options.quiet);
+  icp.setIterationCallback([&line](int iteration, double rmse, std::size_t searched) {
+    line.show(report::format("iteration %d  RMSE %.6g  searched %zu points", iteration, rmse, searched));
+  });
   pcl::PointCloud<pcl::PointXYZ> aligned;
   icp.align(aligned, detail::toMatrix<double>(pair.guess));
 }
@@ -151,13 +130,7 @@ ExitCode align(const AlignOptions& options)
   report.fitness_score = timedFitness(report.command_times, icp);
   total.reset();
 
-  report.transform = pair.inFileCoordinates(detail::toRigidTransform<double>(icp.getFinalTransformation()));
-  report.resolution = pair.source.extent * std::numeric_limits<float>::epsilon();
-  report.source_points = pair.source.counts;
-  report.target_points = pair.target.counts;
-  report.target_points.coincident = report.result.target_dropped;
-  report.target_points.used = report.result.target_points;
-
+  describe(report, pair, detail::toRigidTransform<double>(icp.getFinalTransformation()));
   writeFiles(outputs, pair, report, options);
   if (options.json == "-")
     writeToStandardOutput(report::toJson(report));

@@ -3,6 +3,8 @@
 #include "cli/cloud_file.h"
 #include "cli/guess.h"
 
+#include <limits>
+
 namespace pcl_gpu_icp::cli {
 
 RigidTransform CloudPair::inFileCoordinates(const RigidTransform& transform) const
@@ -14,6 +16,16 @@ RigidTransform CloudPair::inFileCoordinates(const RigidTransform& transform) con
     to[i] = -target.origin[i];
   }
   return recentred(transform, from, to);
+}
+
+void describe(report::AlignmentReport& report, const CloudPair& pair, const RigidTransform& transform)
+{
+  report.transform = pair.inFileCoordinates(transform);
+  report.resolution = pair.source.extent * std::numeric_limits<float>::epsilon();
+  report.source_points = pair.source.counts;
+  report.target_points = pair.target.counts;
+  report.target_points.coincident = report.result.target_dropped;
+  report.target_points.used = report.result.target_points;
 }
 
 CloudPair readPair(const AlignmentOptions& options)

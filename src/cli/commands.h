@@ -12,6 +12,7 @@ namespace pcl_gpu_icp::cli {
 using Run = std::function<ExitCode()>;
 
 Run addAlign(CLI::App& command);
+Run addBatch(CLI::App& command);
 Run addCompare(CLI::App& command);
 Run addDevices(CLI::App& command);
 

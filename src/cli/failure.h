@@ -13,7 +13,33 @@ enum class ExitCode {
   Device = 4,
   Output = 5,
   Internal = 70,
+  Interrupted = 130, ///< by SIGINT, as shells number it
+  Terminated = 143,  ///< by SIGTERM
 };
+
+constexpr const char* toString(ExitCode code)
+{
+  switch (code) {
+  case ExitCode::Success:
+    return "success";
+  case ExitCode::NotConverged:
+    return "not converged";
+  case ExitCode::Usage:
+    return "usage";
+  case ExitCode::Input:
+    return "input";
+  case ExitCode::Device:
+    return "device";
+  case ExitCode::Output:
+    return "output";
+  case ExitCode::Internal:
+    return "internal";
+  case ExitCode::Interrupted:
+  case ExitCode::Terminated:
+    return "interrupted";
+  }
+  return "unknown";
+}
 
 /// Ends the command: what() is the one line for stderr and says what is wrong and where.
 class Failure : public std::runtime_error {

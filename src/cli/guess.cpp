@@ -39,11 +39,16 @@ std::vector<std::string> joinGuess(std::vector<std::string> arguments)
   return arguments;
 }
 
+bool namesFile(const std::string& argument)
+{
+  std::string_view words(argument);
+  return !parseNumber<double>(nextWord(words, separators));
+}
+
 RigidTransform readGuess(const std::string& argument)
 {
   std::string text = argument;
-  std::string_view words(text);
-  const bool is_file = !parseNumber<double>(nextWord(words, separators));
+  const bool is_file = namesFile(argument);
   const std::string where = is_file ? "--guess " + argument : "--guess";
   const auto fail = [&](const std::string& why) {
     return Failure(is_file ? ExitCode::Input : ExitCode::Usage, where + ": " + why);
@@ -52,7 +57,7 @@ RigidTransform readGuess(const std::string& argument)
     text = readFile(argument);
 
   std::vector<double> m;
-  words = text;
+  std::string_view words(text);
   for (auto word = nextWord(words, separators); !word.empty(); word = nextWord(words, separators)) {
     const auto value = parseNumber<double>(word);
     if (!value || !std::isfinite(*value))

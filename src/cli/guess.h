@@ -12,6 +12,9 @@ namespace pcl_gpu_icp::cli {
 /// for them.
 std::vector<std::string> joinGuess(std::vector<std::string> arguments);
 
+/// Whether such an argument is the name of a file, and not numbers.
+bool namesFile(const std::string& argument);
+
 /// The guess that an argument gives: a file name or 16 numbers. Its rotation may have been written with few digits.
 /// \throws Failure (Usage) for numbers, (Input) for a file, that are not a rigid transform
 RigidTransform readGuess(const std::string& argument);

@@ -1,5 +1,6 @@
 #include "cli/input_file.h"
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <fcntl.h>
@@ -13,7 +14,7 @@ Failure inputFailure(const std::string& path, const std::string& why)
   return Failure(ExitCode::Input, path + ": " + why);
 }
 
-std::string readFile(const std::string& path)
+std::string readFile(const std::string& path, std::size_t most)
 {
   // Without O_NONBLOCK opening a pipe would wait for its writer.
   const int file = open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
@@ -29,7 +30,7 @@ std::string readFile(const std::string& path)
   if (!S_ISREG(status.st_mode))
     throw inputFailure(path, S_ISDIR(status.st_mode) ? "is a directory" : "is not a regular file");
 
-  std::string content(static_cast<std::size_t>(status.st_size), '\0');
+  std::string content(std::min(static_cast<std::size_t>(status.st_size), most), '\0');
   std::size_t filled = 0;
   while (filled < content.size()) {
     const ssize_t count = read(file, content.data() + filled, content.size() - filled);

@@ -9,8 +9,8 @@ namespace pcl_gpu_icp::cli {
 /// A Failure (Input) that names the file.
 Failure inputFailure(const std::string& path, const std::string& why);
 
-/// The content of a regular file.
+/// The content of a regular file, or as much of it from its start.
 /// \throws Failure (Input)
-std::string readFile(const std::string& path);
+std::string readFile(const std::string& path, std::size_t most = std::string::npos);
 
 } // namespace pcl_gpu_icp::cli

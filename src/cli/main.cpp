@@ -27,13 +27,14 @@ int run(int argc, char** argv)
   app.set_version_flag("--version", "pcl_gpu_icp " PCL_GPU_ICP_VERSION);
   app.require_subcommand(1);
   app.footer("Exit status: 0 converged, 1 ran but did not converge (compare: or the results differ), 2 usage, 3 input, "
-             "4 device, 5 output, 70 internal error.");
+             "4 device, 5 output, 70 internal error, 130 or 143 interrupted (batch).");
   Run command;
   const auto add = [&](const char* name, const char* description, Run (*build)(CLI::App&)) {
     CLI::App* subcommand = app.add_subcommand(name, description);
     subcommand->callback([&command, run = build(*subcommand)] { command = run; });
   };
   add("align", "Move SOURCE onto TARGET", addAlign);
+  add("batch", "Align the pairs of a manifest, or the scans of a sequence, many at once", addBatch);
   add("compare", "Run stock PCL and pcl_gpu_icp with the same settings", addCompare);
   add("devices", "List the OpenCL devices and the one that would be chosen", addDevices);
 

@@ -3,7 +3,6 @@
 #include "cli/number.h"
 
 #include <cmath>
-#include <map>
 
 namespace pcl_gpu_icp::cli {
 namespace {
@@ -18,38 +17,6 @@ CLI::Validator numberIn(const std::string& description, bool (*accepts)(double))
       "");
 }
 
-CLI::Validator wholeNumber(int maximum)
-{
-  return CLI::Validator(
-      [maximum](std::string& text) {
-        const auto value = parseNumber<int>(text);
-        return value && *value >= 1 && *value <= maximum
-                   ? ""
-                   : text + " is not a whole number from 1 to " + std::to_string(maximum);
-      },
-      "");
-}
-
-/// An option that takes one of the names given.
-template <typename Value>
-void addChoice(CLI::App& command,
-               const std::string& option,
-               Value& value,
-               const std::map<std::string, Value>& choices,
-               const std::string& description)
-{
-  std::string names;
-  for (const auto& choice : choices)
-    names += (names.empty() ? "" : "|") + choice.first;
-  const auto choose = [&value, option, choices, names](const std::string& name) {
-    const auto choice = choices.find(name);
-    if (choice == choices.end())
-      throw CLI::ValidationError(option, name + " is not " + names);
-    value = choice->second;
-  };
-  command.add_option_function<std::string>(option, choose, description)->type_name(names);
-}
-
 } // namespace
 
 CLI::Validator positiveNumber()
@@ -57,10 +24,20 @@ CLI::Validator positiveNumber()
   return numberIn("a finite number above 0", [](double value) { return value > 0; });
 }
 
-void addAlignmentOptions(CLI::App& command, AlignmentOptions& options)
+CLI::Validator wholeNumber(long maximum)
 {
-  command.add_option("SOURCE", options.source, "the cloud that is moved: .pcd or .ply")->required();
-  command.add_option("TARGET", options.target, "the cloud it is moved onto: .pcd or .ply")->required();
+  return CLI::Validator(
+      [maximum](std::string& text) {
+        const auto value = parseNumber<long>(text);
+        return value && *value >= 1 && *value <= maximum
+                   ? ""
+                   : text + " is not a whole number from 1 to " + std::to_string(maximum);
+      },
+      "");
+}
+
+void addPairOptions(CLI::App& command, AlignmentOptions& options)
+{
   command.add_option("--guess", options.guess, "initial transform, 4x4 row by row: a file or 16 numbers")
       ->type_name("FILE|16 NUMBERS");
   command
@@ -127,6 +104,13 @@ void addAlignmentOptions(CLI::App& command, AlignmentOptions& options)
             options.pipeline,
             {{"staged", Pipeline::Staged}, {"fused", Pipeline::Fused}},
             "how the five stages run on the device (default: fused)");
+}
+
+void addAlignmentOptions(CLI::App& command, AlignmentOptions& options)
+{
+  command.add_option("SOURCE", options.source, "the cloud that is moved: .pcd or .ply")->required();
+  command.add_option("TARGET", options.target, "the cloud it is moved onto: .pcd or .ply")->required();
+  addPairOptions(command, options);
   command
       .add_option("--device",
                   options.device,

@@ -4,12 +4,13 @@
 
 #include <CLI/CLI.hpp>
 
+#include <map>
 #include <optional>
 #include <string>
 
 namespace pcl_gpu_icp::cli {
 
-/// What align and compare have in common. An unset value leaves PCL's default.
+/// What the commands that align have in common. An unset value leaves PCL's default.
 struct AlignmentOptions {
   std::string source;
   std::string target;
@@ -34,9 +35,36 @@ struct AlignmentOptions {
   bool quiet = false;
 };
 
+/// All of them, of a command for one pair.
 void addAlignmentOptions(CLI::App& command, AlignmentOptions& options);
+
+/// Those that decide what an alignment of two files comes to.
+void addPairOptions(CLI::App& command, AlignmentOptions& options);
 
 /// A finite number above zero, for arguments.
 CLI::Validator positiveNumber();
+
+/// A whole number from 1 to `maximum`.
+CLI::Validator wholeNumber(long maximum);
+
+/// An option that takes one of the names given.
+template <typename Value>
+void addChoice(CLI::App& command,
+               const std::string& option,
+               Value& value,
+               const std::map<std::string, Value>& choices,
+               const std::string& description)
+{
+  std::string names;
+  for (const auto& choice : choices)
+    names += (names.empty() ? "" : "|") + choice.first;
+  const auto choose = [&value, option, choices, names](const std::string& name) {
+    const auto choice = choices.find(name);
+    if (choice == choices.end())
+      throw CLI::ValidationError(option, name + " is not " + names);
+    value = choice->second;
+  };
+  command.add_option_function<std::string>(option, choose, description)->type_name(names);
+}
 
 } // namespace pcl_gpu_icp::cli

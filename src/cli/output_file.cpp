@@ -18,19 +18,6 @@ namespace fs = std::filesystem;
 
 std::string lastError() { return std::strerror(errno); }
 
-bool writeAll(int file, std::string_view content)
-{
-  while (!content.empty()) {
-    const ssize_t written = ::write(file, content.data(), content.size());
-    if (written < 0 && errno == EINTR)
-      continue;
-    if (written < 0)
-      return false;
-    content.remove_prefix(static_cast<std::size_t>(written));
-  }
-  return true;
-}
-
 /// Follows symbolic links, also to a file that is not there yet, which weakly_canonical() leaves alone.
 fs::path resolved(fs::path path, std::error_code& error)
 {
@@ -124,6 +111,19 @@ void OutputFile::commit()
   if (!renamed(temporary_, location_, overwrite_))
     fail(errno == EEXIST ? "appeared meanwhile; --force overwrites it" : lastError());
   temporary_.clear();
+}
+
+bool writeAll(int file, std::string_view content)
+{
+  while (!content.empty()) {
+    const ssize_t written = ::write(file, content.data(), content.size());
+    if (written < 0 && errno == EINTR)
+      continue;
+    if (written < 0)
+      return false;
+    content.remove_prefix(static_cast<std::size_t>(written));
+  }
+  return true;
 }
 
 void writeToStandardOutput(std::string_view text)

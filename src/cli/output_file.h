@@ -38,6 +38,10 @@ private:
   bool overwrite_;
 };
 
+/// Writes it all to an open file.
+/// \return false, and errno, where that was not possible
+bool writeAll(int file, std::string_view content);
+
 /// \throws Failure (Output) when the text does not get there
 void writeToStandardOutput(std::string_view text);
 

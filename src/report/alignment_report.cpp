@@ -1,7 +1,7 @@
 #include "report/alignment_report.h"
 
+#include "report/alignment_json.h"
 #include "report/format.h"
-#include "report/json.h"
 #include "report/matrix.h"
 
 #include <cmath>
@@ -138,7 +138,7 @@ std::string toText(const AlignmentReport& report)
   return text;
 }
 
-std::string toJson(const AlignmentReport& report)
+Json alignmentJson(const AlignmentReport& report)
 {
   const AlignmentResult& result = report.result;
   Json json;
@@ -166,7 +166,9 @@ std::string toJson(const AlignmentReport& report)
   json["free_motions"] = result.free_motions;
   for (const auto& [what, milliseconds] : allTimes(report))
     json["times_ms"][what] = milliseconds;
-  return dump(json);
+  return json;
 }
+
+std::string toJson(const AlignmentReport& report) { return dump(alignmentJson(report)); }
 
 } // namespace pcl_gpu_icp::report

@@ -15,6 +15,12 @@ using Json = nlohmann::ordered_json;
 /// Indented, with a line break at the end. NaN and infinities, which JSON does not have, become null.
 inline std::string dump(const Json& json) { return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n"; }
 
+/// On one line, with its line break.
+inline std::string dumpLine(const Json& json)
+{
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
 /// The device as every report names it.
 inline Json deviceJson(const DeviceInfo& device)
 {
@@ -23,5 +29,17 @@ inline Json deviceJson(const DeviceInfo& device)
 }
 
 inline Json matrixJson(const RigidTransform& transform) { return Json(toMatrix(transform)); }
+
+/// Of matrixJson(), to the bit.
+inline RigidTransform transformOf(const Json& matrix)
+{
+  RigidTransform transform;
+  for (std::size_t row = 0; row < 3; ++row) {
+    for (std::size_t column = 0; column < 3; ++column)
+      transform.rotation[3 * row + column] = matrix.at(row).at(column).get<double>();
+    transform.translation[row] = matrix.at(row).at(3).get<double>();
+  }
+  return transform;
+}
 
 } // namespace pcl_gpu_icp::report

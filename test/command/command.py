@@ -1,17 +1,21 @@
 """Runs the built command, and the clouds that its tests are made of."""
 
+import functools
 import json
 import math
 import os
 import pathlib
+import pty
 import random
 import shutil
 import struct
 import subprocess
 import tempfile
+import threading
 import unittest
 
 COMMAND = os.environ["PCL_GPU_ICP_COMMAND"]
+SCHEMA = pathlib.Path(os.environ["PCL_GPU_ICP_SCHEMA"])
 SANITIZED = os.environ.get("PCL_GPU_ICP_SANITIZED") == "1"
 
 SUCCESS, NOT_CONVERGED, USAGE, INPUT, DEVICE, OUTPUT, INTERNAL = 0, 1, 2, 3, 4, 5, 70
@@ -63,13 +67,33 @@ class CommandTest(unittest.TestCase):
         """Aligns and returns the JSON, checked against the schema."""
         return self.checked(self.succeed("align", *arguments, "--json", "-"))
 
-    def checked(self, text):
+    def checked(self, text, schema_file=SCHEMA):
         result = json.loads(text, parse_constant=lambda constant: self.fail(f"{constant} is not JSON"))
-        with open(os.environ["PCL_GPU_ICP_SCHEMA"]) as file:
-            schema = json.load(file)
+        schema = read_schema(schema_file)
         errors = schema_errors(result, schema, schema, "result")
         self.assertEqual(errors, [])
         return result
+
+    def on_terminal(self, *arguments, code=SUCCESS):
+        """Standard output and what a terminal on stderr saw."""
+        controller, terminal = pty.openpty()
+        seen = bytearray()
+
+        def read():
+            try:
+                while chunk := os.read(controller, 4096):
+                    seen.extend(chunk)
+            except OSError:  # how Linux says that the other side is closed
+                pass
+
+        reader = threading.Thread(target=read)
+        reader.start()
+        done = self.run_command(*arguments, stderr=terminal)
+        os.close(terminal)
+        reader.join()
+        os.close(controller)
+        self.assertEqual(done.returncode, code)
+        return done.stdout, seen.decode()
 
     def assert_maps(self, transform, source, target, tolerance):
         for p, q in zip(source, target):
@@ -92,13 +116,22 @@ class CommandTest(unittest.TestCase):
             self.skipTest("run as root from a folder that other users cannot enter")
 
 
+@functools.lru_cache
+def read_schema(path):
+    return json.loads(path.read_text())
+
+
 def schema_errors(value, schema, root, where):
     """What of JSON Schema the documented schema uses."""
     if "$ref" in schema:
-        node = root
-        for key in schema["$ref"].removeprefix("#/").split("/"):
+        file, _, path = schema["$ref"].partition("#/")
+        node = root = read_schema(SCHEMA.with_name(file)) if file else root
+        for key in path.split("/"):
             node = node[key]
         return schema_errors(value, node, root, where)
+    if "anyOf" in schema:
+        tried = [schema_errors(value, choice, root, where) for choice in schema["anyOf"]]
+        return min(tried, key=len)
     python_types = {
         "object": dict, "array": list, "string": str, "boolean": bool, "integer": int, "number": (int, float),
         "null": type(None)}

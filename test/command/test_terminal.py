@@ -1,11 +1,6 @@
 """A live line per iteration on a terminal, and nothing of the kind in a pipe."""
 
-import os
-import pty
-import subprocess
-import threading
-
-from command import COMMAND, CommandTest, motion, moved, pcd, surface
+from command import CommandTest, motion, moved, pcd, surface
 
 POINTS = surface()
 TARGET = [moved(motion(3, (0.05, -0.08, 0.04)), point) for point in POINTS]
@@ -15,27 +10,6 @@ class Terminal(CommandTest):
     def setUp(self):
         super().setUp()
         self.arguments = ["align", self.write("source.pcd", pcd(POINTS)), self.write("target.pcd", pcd(TARGET))]
-
-    def on_terminal(self, *arguments):
-        """Standard output and what a terminal on stderr saw."""
-        controller, terminal = pty.openpty()
-        seen = bytearray()
-
-        def read():
-            try:
-                while chunk := os.read(controller, 4096):
-                    seen.extend(chunk)
-            except OSError:  # how Linux says that the other side is closed
-                pass
-
-        reader = threading.Thread(target=read)
-        reader.start()
-        done = subprocess.run([COMMAND, *arguments], stdout=subprocess.PIPE, stderr=terminal, timeout=300)
-        os.close(terminal)
-        reader.join()
-        os.close(controller)
-        self.assertEqual(done.returncode, 0)
-        return done.stdout.decode(), seen.decode()
 
     def test_live_line(self):
         text, seen = self.on_terminal(*self.arguments)

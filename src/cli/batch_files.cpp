@@ -1,0 +1,64 @@
+#include "cli/batch_files.h"
+
+#include "cli/failure.h"
+
+#include "report/format.h"
+
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <sys/stat.h>
+
+namespace pcl_gpu_icp::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* option = "-o";
+
+void make(const std::string& directory)
+{
+  std::error_code error;
+  if (mkdir(directory.c_str(), 0777) != 0 && !(errno == EEXIST && fs::is_directory(directory, error)))
+    throw Failure(ExitCode::Output,
+                  std::string(option) + " " + directory + ": " +
+                      (errno == EEXIST ? "exists and is not a directory" : std::strerror(errno)));
+}
+
+} // namespace
+
+BatchFiles::BatchFiles(const std::string& directory,
+                       const std::optional<report::Shard>& shard,
+                       bool has_trajectory,
+                       const std::string& trace_path,
+                       ResultsFile::Existing existing)
+{
+  make(directory);
+  const bool overwrite = existing != ResultsFile::Existing::Refused;
+  const std::string part = shard ? report::format("-%zu-of-%zu", shard->number, shard->of) : "";
+  const auto in_directory = [&](const std::string& name) { return (fs::path(directory) / name).string(); };
+  const auto open = [&](const std::string& name) {
+    return std::make_unique<OutputFile>(option, in_directory(name), overwrite);
+  };
+  const std::string results_path = in_directory("results" + part + ".jsonl");
+  if (!overwrite && fs::exists(results_path))
+    throw ResultsFile::refusal(results_path);
+  if (has_trajectory) {
+    kitti = open("trajectory.kitti.txt");
+    tum = open("trajectory.tum.txt");
+  }
+  if (!trace_path.empty())
+    trace = std::make_unique<OutputFile>("--trace", trace_path, overwrite);
+  summary = open("summary" + part + ".json");
+  // Last, because it leaves a file where there was none.
+  results = std::make_unique<ResultsFile>(results_path, existing);
+}
+
+void BatchFiles::commit()
+{
+  for (const auto* file : {&kitti, &tum, &trace, &summary})
+    if (*file)
+      (*file)->commit();
+}
+
+} // namespace pcl_gpu_icp::cli

@@ -1,0 +1,19 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace pcl_gpu_icp::cli {
+
+struct CsvRecord {
+  std::size_t line = 0; ///< of the file, from 1, where it starts
+  std::vector<std::string> fields;
+};
+
+/// The records of comma-separated values as in RFC 4180, also with bare line feeds. Empty lines are none.
+/// \throws Failure (Input) that names the file and the line
+std::vector<CsvRecord> readCsv(const std::string& path, std::string_view content);
+
+} // namespace pcl_gpu_icp::cli

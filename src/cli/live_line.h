@@ -1,0 +1,36 @@
+#pragma once
+
+#include <cstdio>
+#include <string>
+#include <unistd.h>
+
+namespace pcl_gpu_icp::cli {
+
+/// A line on the terminal that is renewed again and again, and gone in the end. Where stderr is no terminal there is
+/// none.
+class LiveLine {
+public:
+  explicit LiveLine(bool wanted)
+  : shown_(wanted && isatty(STDERR_FILENO))
+  {
+  }
+  ~LiveLine()
+  {
+    if (shown_)
+      std::fputs("\r\033[K", stderr);
+  }
+  LiveLine(const LiveLine&) = delete;
+  LiveLine& operator=(const LiveLine&) = delete;
+
+  bool isShown() const { return shown_; }
+  void show(const std::string& text)
+  {
+    if (shown_)
+      std::fprintf(stderr, "\r%s\033[K", text.c_str());
+  }
+
+private:
+  bool shown_;
+};
+
+} // namespace pcl_gpu_icp::cli

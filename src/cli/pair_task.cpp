@@ -1,0 +1,74 @@
+#include "cli/pair_task.h"
+
+#include "cli/cloud_pair.h"
+#include "cli/failure.h"
+#include "cli/icp_settings.h"
+
+#include <pcl_gpu_icp/error.h>
+#include <pcl_gpu_icp/stopwatch.h>
+
+#include <new>
+
+namespace pcl_gpu_icp::cli {
+namespace {
+
+CloudPair timedRead(StageTimes& times, const AlignmentOptions& options)
+{
+  const Stopwatch watch(times, "read");
+  return readPair(options);
+}
+
+} // namespace
+
+BatchResult PairTask::run(DeviceLane& lane)
+{
+  const auto failed = [this](ExitCode code, const char* message) {
+    failure_ = report::PairFailure{toString(code), message};
+  };
+  try {
+    return align(lane);
+  } catch (const Cancelled&) {
+    throw;
+  } catch (const Failure& failure) {
+    failed(failure.code(), failure.what());
+    throw;
+  } catch (const DeviceError& error) {
+    failed(ExitCode::Device, error.what());
+    throw;
+  } catch (const std::bad_alloc&) {
+    failed(ExitCode::Internal, "out of memory");
+    throw;
+  } catch (const std::exception& error) {
+    failed(ExitCode::Internal, error.what());
+    throw;
+  }
+}
+
+BatchResult PairTask::align(DeviceLane& lane)
+{
+  const AlignmentOptions& options = pair_->alignment;
+  report::AlignmentReport report;
+  report.source = pair_->identity.source;
+  report.target = pair_->identity.target;
+  std::optional<Stopwatch> total(std::in_place, report.command_times, "total");
+  const CloudPair clouds = timedRead(report.command_times, options);
+  IterativeClosestPoint<pcl::PointXYZ, pcl::PointXYZ, double> icp;
+  applySettings(icp, options);
+  applyPluginSettings(icp, options, lane.device);
+  icp.setInputSource(clouds.source.points);
+  icp.setInputTarget(clouds.target.points);
+  BatchResult result = BatchAligner::align(lane, icp, detail::toMatrix<double>(clouds.guess), true);
+  total.reset();
+
+  if (result.alignment.reason == Reason::Error)
+    throw Failure(ExitCode::Device, result.alignment.message);
+  if (result.alignment.reason == Reason::Cancelled)
+    return result;
+  report.result = result.alignment;
+  report.fitness_score = result.fitness_score;
+  describe(report, clouds, result.transform);
+  report_ = std::move(report);
+  return result;
+}
+
+} // namespace pcl_gpu_icp::cli

@@ -1,0 +1,72 @@
+#include "cli/results_file.h"
+
+#include "cli/input_file.h"
+#include "cli/output_file.h"
+
+#include <cerrno>
+#include <cstring>
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+namespace pcl_gpu_icp::cli {
+
+ResultsFile::ResultsFile(const std::string& path, Existing existing)
+: path_(path)
+{
+  // Without O_NONBLOCK opening a pipe would wait for its reader.
+  const int flags = O_WRONLY | O_APPEND | O_CREAT | O_CLOEXEC | O_NONBLOCK;
+  file_ = ::open(path.c_str(), existing == Existing::Refused ? flags | O_EXCL : flags, 0666);
+  if (file_ < 0 && errno == EEXIST)
+    throw refusal(path);
+  if (file_ < 0)
+    fail(std::strerror(errno));
+  try {
+    open(existing);
+  } catch (...) {
+    close(file_);
+    throw;
+  }
+}
+
+Failure ResultsFile::refusal(const std::string& path)
+{
+  return Failure(ExitCode::Output, path + ": exists; --resume goes on with it, --force starts anew");
+}
+
+ResultsFile::~ResultsFile() { close(file_); }
+
+void ResultsFile::open(Existing existing)
+{
+  struct stat status;
+  if (fstat(file_, &status) != 0)
+    fail(std::strerror(errno));
+  if (!S_ISREG(status.st_mode))
+    fail("exists and is not a regular file");
+  if (flock(file_, LOCK_EX | LOCK_NB) != 0)
+    fail(errno == EWOULDBLOCK ? "another process is writing it" : std::strerror(errno));
+  if (existing == Existing::Continued) {
+    kept_ = readFile(path_);
+    kept_.resize(kept_.rfind('\n') + 1); // npos + 1 is 0
+  }
+  size_ = kept_.size();
+  if (ftruncate(file_, static_cast<off_t>(size_)) != 0)
+    fail(std::strerror(errno));
+}
+
+void ResultsFile::append(std::string_view line)
+{
+  if (writeAll(file_, line) && fsync(file_) == 0) {
+    size_ += line.size();
+    return;
+  }
+  const std::string why = std::strerror(errno);
+  if (ftruncate(file_, static_cast<off_t>(size_)) != 0)
+    fail(why + "; and its last line is not whole: " + std::strerror(errno));
+  fail(why);
+}
+
+void ResultsFile::fail(const std::string& why) const { throw Failure(ExitCode::Output, path_ + ": " + why); }
+
+} // namespace pcl_gpu_icp::cli
