@@ -165,33 +165,33 @@ nlohmann::json inBatch(const std::vector<Pair>& pairs, const Options& options)
   const bool tiny = options.workload == "tiny";
   if (!tiny)
     settings.schedule = std::make_shared<pcl_gpu_icp::Schedule>();
+  settings.keep_results = false;
   pcl_gpu_icp::BatchAligner batch;
   batch.setSettings(settings);
   for (const Pair& pair : pairs)
     batch.add<Point, Point>(pair.source, pair.target, [&options](Ours& icp) { configure(icp, options); });
   std::vector<std::size_t> memory;
   std::vector<std::ptrdiff_t> files;
-  std::size_t finished = 0;
+  std::vector<double> finished;
   const auto start = Clock::now();
-  const auto results = batch.run([&](std::size_t /*pair*/, const pcl_gpu_icp::BatchResult& /*result*/) {
-    if (!tiny || ++finished % 100 != 0)
+  batch.run([&](std::size_t /*pair*/, const pcl_gpu_icp::BatchResult& result) {
+    if (!result.alignment.converged)
+      throw std::runtime_error("a pair did not converge: " + result.alignment.message);
+    finished.push_back(result.end_ms);
+    if (!tiny || finished.size() % 100 != 0)
       return;
     memory.push_back(residentKilobytes());
     files.push_back(openFiles());
   });
   const double total = millisecondsSince(start);
   nlohmann::json json{{"ms", total}};
-  for (const auto& result : results) {
-    if (!result.alignment.converged)
-      throw std::runtime_error("a pair did not converge: " + result.alignment.message);
-    json["finished_ms"].push_back(result.end_ms);
-  }
   if (tiny) {
-    json["finished_ms"].clear();
     json["resident_kb"] = memory;
     json["open_files"] = files;
   }
   else
+    json["finished_ms"] = finished;
+  if (settings.schedule)
     json["utilisation"] = utilisationOf(*settings.schedule, total);
   return json;
 }

@@ -31,6 +31,7 @@ struct BatchSettings {
   std::size_t points_in_flight = 0; ///< of the pairs in flight together; a larger pair runs alone. 0: no bound
   std::size_t capacity = 0;         ///< work-items that a device holds at once; 0: as it reports
   Policy policy = Policy::SmallestFirst;
+  bool keep_results = true; ///< false: run() returns none, and the memory for them is that of the pairs in flight
   std::shared_ptr<Schedule> schedule; ///< where to record what runs; null: nowhere
 };
 
@@ -50,7 +51,7 @@ public:
 
   /// Runs those added since the last run.
   /// \param finished called after each, by one thread at a time; what it throws cancels the others and is rethrown
-  /// \return one result for each pair, in the order added
+  /// \return one result for each pair, in the order added; none with keep_results off
   std::vector<BatchResult> run(const std::vector<Device>& devices,
                                const BatchSettings& settings,
                                const std::function<void(std::size_t pair, const BatchResult&)>& finished);

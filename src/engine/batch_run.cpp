@@ -63,7 +63,7 @@ BatchRun::BatchRun(std::vector<Pair> pairs, const BatchSettings& settings, std::
 , pairs_(std::move(pairs))
 , admission_(orUnlimited(settings.points_in_flight), settings.policy)
 , lane_of_(pairs_.size(), nullptr)
-, results_(pairs_.size())
+, results_(settings.keep_results ? pairs_.size() : 0)
 {
   for (const Pair& pair : pairs_)
     admission_.submit(pair.points);
@@ -171,7 +171,8 @@ void BatchRun::settle(std::size_t pair, BatchResult result)
     }
   }
   const std::lock_guard<std::mutex> lock(mutex_);
-  results_[pair] = std::move(result);
+  if (settings_.keep_results)
+    results_[pair] = std::move(result);
   admission_.end(pair + 1);
   room_.notify_all();
 }

@@ -152,11 +152,14 @@ struct Matcher::Implementation {
 
   /// Puts a target on the device by a queue of its own, which waits: matchers use it on other queues.
   template <typename Pack>
-  void fill(MatchTarget& made, const Pack& pack) const
+  void fill(MatchTarget& made, const Pack& pack)
   {
     opencl::Queue own(device, queue.traits(), "");
     pack(own);
-    own.finish();
+    for (const auto& [what, entry] : own.takeProfile().entries) {
+      target_times[what].milliseconds += entry.milliseconds;
+      target_times[what].count += entry.count;
+    }
     made.device_bytes = own.allocated();
   }
 
@@ -166,6 +169,7 @@ struct Matcher::Implementation {
   unsigned threads = 0;
 
   std::shared_ptr<const MatchTarget> target = std::make_shared<MatchTarget>();
+  StageTimes target_times; ///< of those made, until they are taken
 
   Cloud source; ///< a point's position is its place in source_positions
   stages::SourcePoints source_rows;
@@ -350,9 +354,11 @@ std::size_t Matcher::deviceBytes() const
 
 StageTimes Matcher::takeTimes()
 {
-  StageTimes times;
-  for (const auto& [what, entry] : implementation_->queue.takeProfile().entries)
-    times[what] = {entry.milliseconds, entry.count};
+  StageTimes times = std::exchange(implementation_->target_times, {});
+  for (const auto& [what, entry] : implementation_->queue.takeProfile().entries) {
+    times[what].milliseconds += entry.milliseconds;
+    times[what].count += entry.count;
+  }
   return times;
 }
 

@@ -77,6 +77,16 @@ TEST_F(BatchLanesTest, ResultsComeInTheOrderAdded)
   EXPECT_TRUE(run().empty());
 }
 
+TEST_F(BatchLanesTest, ResultsAreNotKeptOnRequest)
+{
+  settings_.keep_results = false;
+  for (int i = 0; i < 10; ++i)
+    lanes_.add(1, [](DeviceLane&) { return converged(); });
+  std::size_t told = 0;
+  EXPECT_TRUE(run([&](std::size_t, const BatchResult& result) { told += result.alignment.converged ? 1 : 0; }).empty());
+  EXPECT_EQ(told, 10U);
+}
+
 TEST_F(BatchLanesTest, OneLaneTakesTheSmallestFirstUnlessALargeOneWasOvertakenTooOften)
 {
   settings_.lanes = 1;
