@@ -266,6 +266,7 @@ ExitCode batch(const BatchOptions& options, const OptionTexts& given)
 {
   if (options.manifest.empty() == options.sequence.empty())
     throw Failure(ExitCode::Usage, "batch takes either MANIFEST or --sequence (see --help)");
+  Interruption::holdBack();
   const std::vector<ListedPair> pairs = listPairs(options, given);
   return Batch(options, pairs, selectDevices(options.devices)).run(given);
 }

@@ -47,9 +47,15 @@ BatchFiles::BatchFiles(const std::string& directory,
     kitti = open("trajectory.kitti.txt");
     tum = open("trajectory.tum.txt");
   }
+  summary = open("summary" + part + ".json");
   if (!trace_path.empty())
     trace = std::make_unique<OutputFile>("--trace", trace_path, overwrite);
-  summary = open("summary" + part + ".json");
+  for (const std::string& taken : {fs::weakly_canonical(results_path).string(),
+                                   summary->location(),
+                                   kitti ? kitti->location() : "",
+                                   tum ? tum->location() : ""})
+    if (trace && trace->location() == taken)
+      throw Failure(ExitCode::Usage, "--trace " + trace_path + " is a file that -o has");
   // Last, because it leaves a file where there was none.
   results = std::make_unique<ResultsFile>(results_path, existing);
 }

@@ -2,12 +2,14 @@
 
 #include "cli/output_file.h"
 
+#include <unistd.h>
+
 namespace pcl_gpu_icp::cli {
 
 BatchProgress::BatchProgress(std::size_t pairs, std::size_t kept, std::size_t kept_unsuccessful, bool quiet)
 : progress_{pairs, kept, kept_unsuccessful}
 , line_(!quiet)
-, quiet_(quiet)
+, has_lines_(!quiet && !(line_.isShown() && isatty(STDOUT_FILENO)))
 {
   line_.show(report::barText(progress_));
 }
@@ -18,10 +20,11 @@ void BatchProgress::add(const report::PairIdentity& identity, const report::Pair
   ++progress_.aligned;
   progress_.unsuccessful += outcome.status != report::PairStatus::Converged;
   progress_.seconds = std::chrono::duration<double>(Clock::now() - begin_).count();
-  if (line_.isShown())
-    line_.show(report::barText(progress_));
-  else if (!quiet_)
+  if (has_lines_) {
+    line_.clear(); // stdout may lead to the same terminal, e.g. through tee
     writeToStandardOutput(report::lineText(progress_, identity, outcome));
+  }
+  line_.show(report::barText(progress_));
 }
 
 } // namespace pcl_gpu_icp::cli

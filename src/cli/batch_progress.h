@@ -8,7 +8,8 @@
 
 namespace pcl_gpu_icp::cli {
 
-/// Shows how far a batch has come: a bar where stderr is a terminal, otherwise a line on stdout for each pair.
+/// Shows how far a batch has come: a bar where stderr is a terminal, and a line on stdout for each pair
+/// unless that is a terminal with the bar on it.
 class BatchProgress {
 public:
   /// \param kept have a result already
@@ -22,7 +23,7 @@ private:
 
   report::Progress progress_;
   LiveLine line_;
-  bool quiet_;
+  bool has_lines_;
   Clock::time_point begin_ = Clock::now();
 };
 

@@ -1,83 +1,80 @@
 #include "cli/interruption.h"
 
-#include <array>
-#include <atomic>
-#include <cerrno>
 #include <csignal>
-#include <system_error>
-#include <unistd.h>
 #include <utility>
 
 namespace pcl_gpu_icp::cli {
 namespace {
 
-constexpr std::array<int, 2> signals{SIGINT, SIGTERM};
-
-// What a signal handler can reach.
-std::atomic<int> received{0};
-std::array<int, 2> channel{-1, -1}; ///< of a pipe: where a handler says that one came
-
-void wake()
-{
-  const char byte = 0;
-  while (write(channel[1], &byte, 1) < 0 && errno == EINTR) {
-  }
-}
-
-void handle(int number, void (*handler)(int))
+bool isIgnored(int number)
 {
   struct sigaction action {};
-  if (sigaction(number, nullptr, &action) == 0 && action.sa_handler == SIG_IGN)
-    return;
-  action.sa_handler = handler;
-  action.sa_flags = SA_RESTART;
-  sigemptyset(&action.sa_mask);
-  sigaction(number, &action, nullptr);
+  return sigaction(number, nullptr, &action) == 0 && action.sa_handler == SIG_IGN;
 }
 
-extern "C" void onSignal(int number)
-{
-  const int error = errno;
-  for (const int each : signals)
-    handle(each, SIG_DFL);
-  received = number;
-  wake();
-  errno = error;
-}
+/// Those held back that the process did not ignore before a compiler in it had handlers of its own.
+sigset_t heeded;
 
-void waitForWake()
-{
-  char byte;
-  while (read(channel[0], &byte, 1) < 0 && errno == EINTR) {
-  }
-}
+/// Of the thread that waits: what the others wake it with. A signal of the process is no different.
+constexpr int wake_signal = SIGTERM;
 
 } // namespace
 
-Interruption::Interruption(std::function<void()> on_interrupt)
+void Interruption::holdBack()
 {
-  received = 0;
-  if (pipe(channel.data()) != 0)
-    throw std::system_error(errno, std::generic_category(), "pipe");
-  thread_ = std::thread([on_interrupt = std::move(on_interrupt)] {
-    waitForWake();
-    if (received != 0)
-      on_interrupt();
-  });
-  for (const int number : signals)
-    handle(number, onSignal);
+  sigset_t both;
+  sigemptyset(&both);
+  sigemptyset(&heeded);
+  for (const int number : {SIGINT, SIGTERM}) {
+    sigaddset(&both, number);
+    if (!isIgnored(number))
+      sigaddset(&heeded, number);
+  }
+  pthread_sigmask(SIG_BLOCK, &both, nullptr);
+}
+
+Interruption::Interruption(std::function<void()> on_interrupt)
+: thread_([this, on_interrupt = std::move(on_interrupt)] { wait(on_interrupt); })
+{
 }
 
 Interruption::~Interruption()
 {
-  for (const int number : signals)
-    handle(number, SIG_DFL);
-  wake();
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    ending_ = true;
+    if (signal_ == 0)
+      pthread_kill(thread_.native_handle(), wake_signal);
+  }
+  ends_.notify_one();
   thread_.join();
-  for (int& end : channel)
-    close(std::exchange(end, -1));
 }
 
-int Interruption::signal() const { return received; }
+int Interruption::signal() const
+{
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return signal_;
+}
+
+void Interruption::wait(const std::function<void()>& on_interrupt)
+{
+  sigset_t awaited = heeded;
+  sigaddset(&awaited, wake_signal);
+  int number = 0;
+  for (;;) {
+    sigwait(&awaited, &number);
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (ending_)
+      return;
+    if (sigismember(&heeded, number) != 0) {
+      signal_ = number;
+      break;
+    }
+  }
+  on_interrupt();
+  pthread_sigmask(SIG_UNBLOCK, &heeded, nullptr); // so that a second one has its usual effect
+  std::unique_lock<std::mutex> lock(mutex_);
+  ends_.wait(lock, [this] { return ending_; });
+}
 
 } // namespace pcl_gpu_icp::cli

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <condition_variable>
 #include <functional>
+#include <mutex>
 #include <thread>
 
 namespace pcl_gpu_icp::cli {
@@ -9,6 +11,11 @@ namespace pcl_gpu_icp::cli {
 /// ignores stays ignored.
 class Interruption {
 public:
+  /// Holds both signals back from this thread and those that it starts, until there is an Interruption. To be called
+  /// before OpenCL is: a compiler in it would take a signal as the order to remove the files it is writing, and a
+  /// linker that it runs would end.
+  static void holdBack();
+
   /// \param on_interrupt called by a thread of its own
   explicit Interruption(std::function<void()> on_interrupt);
   ~Interruption();
@@ -19,6 +26,12 @@ public:
   int signal() const;
 
 private:
+  void wait(const std::function<void()>& on_interrupt);
+
+  mutable std::mutex mutex_;
+  std::condition_variable ends_;
+  bool ending_ = false;
+  int signal_ = 0;
   std::thread thread_;
 };
 

@@ -14,11 +14,7 @@ public:
   : shown_(wanted && isatty(STDERR_FILENO))
   {
   }
-  ~LiveLine()
-  {
-    if (shown_)
-      std::fputs("\r\033[K", stderr);
-  }
+  ~LiveLine() { clear(); }
   LiveLine(const LiveLine&) = delete;
   LiveLine& operator=(const LiveLine&) = delete;
 
@@ -27,6 +23,11 @@ public:
   {
     if (shown_)
       std::fprintf(stderr, "\r%s\033[K", text.c_str());
+  }
+  void clear()
+  {
+    if (shown_)
+      std::fputs("\r\033[K", stderr);
   }
 
 private:

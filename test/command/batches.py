@@ -36,11 +36,11 @@ class BatchTest(CommandTest):
     def manifest(self, rows, columns=("source", "target"), name="manifest.csv"):
         return self.write(name, csv_text(rows, columns))
 
-    def batch(self, *arguments, code=SUCCESS, output="out", results="results.jsonl"):
+    def batch(self, *arguments, code=SUCCESS, output="out", **settings):
         """Runs a batch into a directory and returns its results by their pairs, and the summary."""
-        done = self.run_command("batch", *arguments, "-o", self.path(output))
+        done = self.run_command("batch", *arguments, "-o", self.path(output), **settings)
         self.assertEqual(done.returncode, code, done)
-        return self.results(output, results), self.summary(output)
+        return self.results(output), self.summary(output)
 
     def results(self, output="out", name="results.jsonl"):
         lines = [self.checked(line, RESULT_SCHEMA) for line in self.lines(output, name)]

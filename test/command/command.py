@@ -74,8 +74,8 @@ class CommandTest(unittest.TestCase):
         self.assertEqual(errors, [])
         return result
 
-    def on_terminal(self, *arguments, code=SUCCESS):
-        """Standard output and what a terminal on stderr saw."""
+    def on_terminal(self, *arguments, code=SUCCESS, stdout_too=False):
+        """Standard output, where that is no terminal, and what a terminal on stderr saw."""
         controller, terminal = pty.openpty()
         seen = bytearray()
 
@@ -88,7 +88,7 @@ class CommandTest(unittest.TestCase):
 
         reader = threading.Thread(target=read)
         reader.start()
-        done = self.run_command(*arguments, stderr=terminal)
+        done = self.run_command(*arguments, stderr=terminal, **({"stdout": terminal} if stdout_too else {}))
         os.close(terminal)
         reader.join()
         os.close(controller)

@@ -3,9 +3,10 @@
 import json
 import os
 import pathlib
+import shutil
 
 from batches import POINTS, BatchTest, csv_text, json_lines
-from command import DEVICE, INPUT, NOT_CONVERGED, OUTPUT, USAGE, motion, moved, numbers, pcd
+from command import DEVICE, INPUT, NOT_CONVERGED, OUTPUT, USAGE, motion, moved, numbers, pcd, surface
 
 TURN = motion(120, (5, -4, 3))
 GUESS = motion(119, (5.02, -4.02, 3.01))
@@ -168,6 +169,30 @@ class Outcomes(BatchTest):
         self.assertIn("--leaf", results[0]["error"]["message"])
         self.assertIn("none.txt", results[1]["error"]["message"])
 
+    def test_a_pair_too_large_for_the_device(self):
+        rows = self.pairs(3)
+        self.write("large.pcd", pcd(surface(120, 100), "binary"))
+        results, _ = self.batch(self.manifest([("large.pcd", "large.pcd"), *rows]), code=NOT_CONVERGED,
+                                environment={"PCL_GPU_ICP_MAX_ALLOCATION": "100000"})
+        self.assertEqual(results[0]["error"]["kind"], "device")
+        self.assertEqual([results[i]["status"] for i in (1, 2, 3)], ["converged"] * 3)
+
+    def test_a_device_that_is_lost(self):
+        """Pairs that nobody tried have no line, so that they are done later."""
+        rows = self.pairs(12)
+        shutil.copytree(pathlib.Path(os.environ["PCL_GPU_ICP_SAMPLES"]).parent / "kernels", self.path("kernels"))
+        for kernel in (self.directory / "kernels").glob("*.cl"):
+            kernel.write_text("no OpenCL C")
+        broken = {"PCL_GPU_ICP_KERNEL_DIR": self.path("kernels")}
+        arguments = [self.manifest(rows), "--pairs-in-flight", "2"]
+        done = self.run_command("batch", *arguments, "-o", self.path("out"), environment=broken)
+        self.assertEqual(done.returncode, DEVICE, done)
+        self.assertRegex(done.stderr, r"pcl_gpu_icp: the device was lost: .*; 10 of 12 pairs left; --resume goes on\n\Z")
+        self.assertEqual([result["error"]["kind"] for result in self.results().values()], ["device"] * 2)
+        self.assertEqual((self.summary()["left"], self.summary()["complete"]), (10, False))
+        _, summary = self.batch(*arguments, "--resume", code=NOT_CONVERGED)
+        self.assertEqual((summary["kept"], summary["converged"], summary["left"]), (2, 10, 0))
+
     def test_a_pair_that_does_not_converge(self):
         rows = self.pairs(2)
         self.write("far.pcd", pcd([(x + 1000, y, z) for x, y, z in POINTS]))
@@ -234,6 +259,14 @@ class Outputs(BatchTest):
                 self.assertEqual(pathlib.Path(self.path(f"out/{name}")).read_text(), "mine")
                 self.assertEqual(os.listdir(self.path("out")), [name])
                 os.remove(self.path(f"out/{name}"))
+
+    def test_the_trace_is_no_other_output(self):
+        self.batch(self.file)
+        before = self.lines()
+        for name in ("results.jsonl", "summary.json"):
+            self.fail_with(USAGE, "batch", self.file, "-o", self.path("out"), "--resume", "--trace",
+                           self.path(f"out/../out/{name}"), names=["--trace", name])
+        self.assertEqual(self.lines(), before)
 
     def test_standard_output_that_is_full(self):
         with open("/dev/full", "w") as full:

@@ -13,7 +13,7 @@ class Progress(BatchTest):
         self.arguments = ["batch", self.file, "-o", self.path("out"), "--policy", "fifo", "--pairs-in-flight", "1"]
 
     def test_a_bar_on_a_terminal(self):
-        text, seen = self.on_terminal(*self.arguments, code=NOT_CONVERGED)
+        _, seen = self.on_terminal(*self.arguments, code=NOT_CONVERGED, stdout_too=True)
         bars = re.findall(r"\r(\[[#.]{24}\] (\d)/7)(.*?)\x1b\[K", seen)
         self.assertEqual([int(done) for _, done, _ in bars], list(range(8)))
         self.assertEqual((bars[0][0], bars[0][2]), ("[" + "." * 24 + "] 0/7", ""))
@@ -22,9 +22,15 @@ class Progress(BatchTest):
         self.assertEqual(bars[7][0], "[" + "#" * 24 + "] 7/7")
         self.assertRegex(bars[7][2], r"\A, 1 without success, \d+\.\d pairs/s, 0:00 left\Z")
         last = seen.split("\r\x1b[K")[-1]
-        self.assertRegex(last, r"\Apcl_gpu_icp: of 7 pairs 1 failed [^\n]+\n\Z", "the bar is gone in the end")
-        self.assertNotIn(" onto scan_0.pcd: converged", text)
-        self.assertIn("pairs      7: 6 converged, 0 did not converge, 1 failed\n", text)
+        self.assertRegex(last, r"(?s)\Apairs      7: 6 converged, 0 did not converge, 1 failed\r\n.*"
+                               r"pcl_gpu_icp: of 7 pairs 1 failed [^\n]+\n\Z", "the bar is gone in the end")
+        self.assertNotIn("1/7 scan_1.pcd", seen)
+
+    def test_a_bar_and_lines_that_go_elsewhere(self):
+        text, seen = self.on_terminal(*self.arguments, code=NOT_CONVERGED)
+        self.assertRegex(text, r"\A1/7 scan_1.pcd onto scan_0.pcd: converged")
+        self.assertNotIn("\r", text)
+        self.assertIn("] 7/7, 1 without success", seen)
 
     def test_lines_in_a_pipe(self):
         done = self.run_command(*self.arguments)

@@ -27,15 +27,19 @@ class Interrupted(BatchTest):
         self.file = self.manifest(self.rows, self.columns)
         self.arguments = ["--reciprocal", "--fitness-epsilon", "1e-300", "--policy", "fifo"]
 
+    def wait_for_results(self, process, count, meanwhile=lambda: None):
+        results = pathlib.Path(self.path("out/results.jsonl"))
+        while not results.exists() or results.read_bytes().count(b"\n") < count:
+            self.assertIsNone(process.poll(), "ended by itself")
+            meanwhile()
+            time.sleep(0.001)
+
     def end_half_way(self, number):
         """Sends the signal once there are results, and returns how it ended."""
         process = subprocess.Popen(
             [COMMAND, "batch", self.file, "-o", self.path("out"), *self.arguments, "--pairs-in-flight", "2"],
             stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-        results = pathlib.Path(self.path("out/results.jsonl"))
-        while not results.exists() or results.read_bytes().count(b"\n") < 5:
-            self.assertIsNone(process.poll(), "ended by itself")
-            time.sleep(0.001)
+        self.wait_for_results(process, 5)
         process.send_signal(number)
         _, errors = process.communicate(timeout=300)
         self.assertFalse(os.path.exists(self.path("out/summary.json")))
@@ -73,6 +77,32 @@ class Interrupted(BatchTest):
                 self.check_resumed()
                 for file in pathlib.Path(self.path("out")).iterdir():
                     file.unlink()
+
+    def test_interrupted_while_the_kernels_are_built(self):
+        """What PoCL's compiler makes of a signal is no failure of a pair."""
+        for delay in (0, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4):
+            with self.subTest(delay):
+                cache = {"POCL_CACHE_DIR": self.path(f"cache {delay}")}
+                process = subprocess.Popen(
+                    [COMMAND, "batch", self.file, "-o", self.path("out"), "--quiet", "--force"],
+                    stdin=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, env={**os.environ, **cache},
+                    start_new_session=True)
+                self.wait_for_results(process, 0)
+                time.sleep(delay)
+                os.killpg(process.pid, signal.SIGINT)  # as a terminal does, also to the programs that PoCL runs
+                _, errors = process.communicate(timeout=300)
+                self.assertEqual(process.returncode, 130, errors)
+                self.assertRegex(errors, r"\Apcl_gpu_icp: interrupted with \d+ of 30 pairs left; --resume goes on\n\Z")
+                self.assertEqual({result["status"] for result in self.results().values()} - {"converged"}, set())
+
+    def test_a_signal_that_is_ignored(self):
+        """As nohup and shells leave it for what runs in the background."""
+        process = subprocess.Popen(
+            [COMMAND, "batch", self.file, "-o", self.path("out"), "--quiet"], stdin=subprocess.DEVNULL,
+            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_IGN))
+        self.wait_for_results(process, 3, lambda: process.send_signal(signal.SIGINT))
+        self.assertEqual(process.wait(timeout=300), 0)
+        self.assertEqual(len(self.results()), len(self.rows))
 
     def test_a_line_that_is_torn(self):
         self.batch(self.file, *self.arguments)
