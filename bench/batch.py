@@ -21,7 +21,7 @@ BINARIES, SCANS, OUTPUT = (pathlib.Path(argument).resolve() for argument in sys.
 CORES = os.cpu_count()
 
 # Workload, what it is, pairs, runs.
-WORKLOADS = [("small", "7k points", 64, 5), ("large", "60k points", 64, 3), ("mix", "2k to 270k points", 64, 5)]
+WORKLOADS = [("small", "7k points", 64, 5), ("large", "60k points", 64, 3), ("mix", "2k to 270k points", 64, 3)]
 METHODS = {
     "one after another": ["sequence"],
     "batch": ["batch"],

@@ -23,7 +23,7 @@ namespace pcl_gpu_icp {
 ///     for (const pcl_gpu_icp::BatchResult& result : batch.run())
 ///       use(result.transform);
 ///
-/// Pairs whose targets have the same coordinates share one tree where they follow each other on a lane.
+/// Targets of the same coordinates share one tree on a device.
 class BatchAligner {
 public:
   // common_type_t, so that a lambda is converted and not taken to deduce from.

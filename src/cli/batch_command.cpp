@@ -120,6 +120,7 @@ public:
   {
     ledger_.describe(kept_);
     BatchSettings settings = options.settings;
+    settings.keep_results = false;
     if (files_.trace)
       settings.schedule = schedule_;
     aligner_.setSettings(settings);
