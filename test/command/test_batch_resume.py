@@ -84,7 +84,7 @@ class Interrupted(BatchTest):
             with self.subTest(delay):
                 cache = {"POCL_CACHE_DIR": self.path(f"cache {delay}")}
                 process = subprocess.Popen(
-                    [COMMAND, "batch", self.file, "-o", self.path("out"), "--quiet", "--force"],
+                    [COMMAND, "batch", self.file, "-o", self.path("out"), "--quiet"],
                     stdin=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, env={**os.environ, **cache},
                     start_new_session=True)
                 self.wait_for_results(process, 0)
@@ -94,6 +94,7 @@ class Interrupted(BatchTest):
                 self.assertEqual(process.returncode, 130, errors)
                 self.assertRegex(errors, r"\Apcl_gpu_icp: interrupted with \d+ of 30 pairs left; --resume goes on\n\Z")
                 self.assertEqual({result["status"] for result in self.results().values()} - {"converged"}, set())
+                os.remove(self.path("out/results.jsonl"))
 
     def test_a_signal_that_is_ignored(self):
         """As nohup and shells leave it for what runs in the background."""
