@@ -17,8 +17,8 @@ namespace pcl_gpu_icp {
 /// pcl::registration::TransformationEstimationPointToPlaneLLS on an OpenCL device: the rigid motion that, linearised,
 /// makes the distances from source points to the planes through their target points least (Low 2004). Fewer iterations
 /// than point-to-point, on another path, to an alignment of the same quality. Given to
-/// pcl_gpu_icp::IterativeClosestPoint by setTransformationEstimation() it takes the increment from the matching pass, on
-/// the aligner's device; setDevice() here is for pairs that are listed.
+/// pcl_gpu_icp::IterativeClosestPoint by setTransformationEstimation() it takes the increment from the matching pass,
+/// on the aligner's device; setDevice() here is for pairs that are listed.
 ///
 /// Normals are those of the target's points, of either sign; for a point type without normals they are estimated on the
 /// device from each point's nearest ones. Points with a normal that is not finite, or zero, take no part.
