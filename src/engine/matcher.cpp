@@ -223,7 +223,7 @@ const std::array<double, 3>& Matcher::sourcePivot() const { return implementatio
 std::shared_ptr<const MatchTarget> Matcher::makeTarget(const Points& target) const
 {
   const unsigned threads = effectiveThreads(implementation_->threads);
-  const auto made = std::make_shared<MatchTarget>();
+  auto made = std::make_shared<MatchTarget>();
   auto& points = made->cloud.points;
   made->cloud.place(target, threads);
   search::dropCoincident(points);
@@ -236,7 +236,7 @@ std::shared_ptr<const MatchTarget> Matcher::makeTarget(const Points& target) con
 
 std::shared_ptr<const MatchTarget> Matcher::makeTarget(std::shared_ptr<const search::NearestIndex> index) const
 {
-  const auto made = std::make_shared<MatchTarget>();
+  auto made = std::make_shared<MatchTarget>();
   made->cloud.points = index->points();
   made->cloud.pivot = index->pivot();
   made->cloud.rounding = roundingOf(index->points(), index->pivot());

@@ -112,7 +112,7 @@ void NearestKdTree<PointT>::build()
   const bool unchanged = revision_ > 0 && fingerprint == fingerprint_;
   if (!unchanged) {
     const auto build_index = [&] {
-      const auto index = std::make_shared<NearestIndex>();
+      auto index = std::make_shared<NearestIndex>();
       index->build(points);
       return index;
     };
