@@ -21,7 +21,7 @@ BINARIES, SCANS, OUTPUT = (pathlib.Path(argument).resolve() for argument in sys.
 CORES = os.cpu_count()
 
 # Workload, what it is, pairs, runs.
-WORKLOADS = [("small", "7k points", 64, 5), ("large", "60k points", 64, 3), ("mix", "2k to 270k points", 64, 3)]
+WORKLOADS = [("small", "7k points", 64, 3), ("large", "60k points", 64, 2), ("mix", "2k to 270k points", 64, 3)]
 METHODS = {
     "one after another": ["sequence"],
     "batch": ["batch"],
@@ -76,7 +76,7 @@ def table(what, pairs, runs):
 def against_stock():
     """Pairs of 7k points per second: stock PCL in a process per core, and batches."""
     rates = {"stock PCL, a process per core": [], "batch, PCL's tree": [], "batch, device": []}
-    for _ in range(3):
+    for _ in range(2):
         with concurrent.futures.ThreadPoolExecutor(CORES) as pool:
             parts = [
                 pool.submit(run, "small", "stock", "--pairs", STOCK_PAIRS, "--first", core, "--step", CORES)
