@@ -32,7 +32,7 @@ METHODS = {
     "batch, 64 work-items, first come first served": ["batch", "--capacity", "64", "--policy", "fifo"],
     "batch, 64 work-items, largest first": ["batch", "--capacity", "64", "--policy", "largest"],
 }
-STOCK_PAIRS = 32
+STOCK_PAIRS, STOCK_RUNS = 32, 2
 TINY_PAIRS = 10_000
 
 
@@ -76,7 +76,7 @@ def table(what, pairs, runs):
 def against_stock():
     """Pairs of 7k points per second: stock PCL in a process per core, and batches."""
     rates = {"stock PCL, a process per core": [], "batch, PCL's tree": [], "batch, device": []}
-    for _ in range(2):
+    for _ in range(STOCK_RUNS):
         with concurrent.futures.ThreadPoolExecutor(CORES) as pool:
             parts = [
                 pool.submit(run, "small", "stock", "--pairs", STOCK_PAIRS, "--first", core, "--step", CORES)
@@ -136,7 +136,7 @@ def main():
         text.append(table(what, pairs, workloads[name]) + "\n")
     print("stock", file=sys.stderr, flush=True)
     rates = against_stock()
-    text.append(f"**{STOCK_PAIRS} pairs of 7k points**, 3 runs\n\n" + stock_table(rates) + "\n")
+    text.append(f"**{STOCK_PAIRS} pairs of 7k points**, {STOCK_RUNS} runs\n\n" + stock_table(rates) + "\n")
     print("tiny", file=sys.stderr, flush=True)
     tiny = run("tiny", "batch", "--pairs", TINY_PAIRS, "--iterations", 10)
     text.append(tiny_text(tiny) + "\n")
