@@ -2,6 +2,7 @@
 
 #include <pcl_gpu_icp/error.h>
 #include <pcl_gpu_icp/icp.h>
+#include <pcl_gpu_icp/impl/icp_lane.hpp>
 #include <pcl_gpu_icp/impl/icp_preparation.hpp>
 #include <pcl_gpu_icp/impl/matrix.hpp>
 #include <pcl_gpu_icp/parallel_for.h>
@@ -83,43 +84,6 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::setDevice(const De
 }
 
 template <typename PointSource, typename PointTarget, typename Scalar>
-void IterativeClosestPoint<PointSource, PointTarget, Scalar>::enter(DeviceLane& lane)
-{
-  setDevice(lane.device);
-  share_ = lane.share;
-  cache_ = lane.targets;
-  nearest_tree_->setCache(cache_ ? std::shared_ptr<search::TreeCache<search::NearestIndex>>(cache_, &cache_->indices)
-                                 : nullptr);
-  if (threads_ == 0)
-    threads_ = lane.threads;
-  matcher_ = std::move(lane.matcher);
-  matcher_target_ = std::exchange(lane.matcher_target, 0);
-  matcher_normals_ = std::exchange(lane.matcher_normals, 0);
-  matcher_search_ = lane.matcher_search;
-  estimator_ = std::move(lane.estimator);
-  estimator_target_ = 0;
-}
-
-template <typename PointSource, typename PointTarget, typename Scalar>
-void IterativeClosestPoint<PointSource, PointTarget, Scalar>::leave(DeviceLane& lane)
-{
-  share_.reset();
-  cache_.reset();
-  nearest_tree_->setCache(nullptr);
-  matched_source_ = 0;
-  backward_matcher_.reset();
-  // An operation that failed may have left anything behind.
-  const bool usable = result_.reason != Reason::Error && result_.reason != Reason::Cancelled;
-  lane.matcher = usable ? std::move(matcher_) : nullptr;
-  lane.matcher_search = matcher_search_;
-  lane.matcher_target = usable ? matcher_target_ : 0;
-  lane.matcher_normals = usable ? matcher_normals_ : 0;
-  lane.estimator = usable ? std::move(estimator_) : nullptr;
-  matcher_.reset();
-  estimator_.reset();
-}
-
-template <typename PointSource, typename PointTarget, typename Scalar>
 void IterativeClosestPoint<PointSource, PointTarget, Scalar>::setPipeline(Pipeline pipeline)
 {
   pipeline_ = pipeline;
@@ -158,15 +122,6 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::align(PointCloudSo
   tree_just_built_ = this->target_cloud_updated_ && !this->force_no_recompute_;
   nearest_tree_->setDeferred(search_ == CorrespondenceSearch::DeviceKdTree);
   Base::align(output, guess);
-}
-
-template <typename PointSource, typename PointTarget, typename Scalar>
-void IterativeClosestPoint<PointSource, PointTarget, Scalar>::alignWithoutOutput(const Matrix4& guess)
-{
-  PointCloudSource unmoved;
-  with_output_ = false;
-  align(unmoved, guess);
-  with_output_ = true;
 }
 
 template <typename PointSource, typename PointTarget, typename Scalar>
