@@ -68,7 +68,7 @@ struct MatchTarget {
 struct Matcher::Implementation {
   Implementation(const Device& on, const opencl::Traits& traits, Precision wanted_precision)
   : device(on)
-  , precision(traits.fp64 ? wanted_precision : Precision::Float)
+  , precision(stages::available(wanted_precision, traits))
   , queue(device, traits, stages::buildOptions(traits, precision))
   {
   }

@@ -27,7 +27,7 @@ static_assert(NormalEstimator::most_neighbours == NEAREST_MOST, "the kernel's ow
 
 struct NormalEstimator::Implementation {
   Implementation(const Device& device, const opencl::Traits& traits, Precision wanted_precision)
-  : precision(traits.fp64 ? wanted_precision : Precision::Float)
+  : precision(stages::available(wanted_precision, traits))
   , queue(device, traits, stages::buildOptions(traits, precision))
   {
   }

@@ -31,7 +31,7 @@ PlacedPoint placed(const float* xyz, const std::array<double, 3>& pivot, std::si
 
 struct PlaneEstimator::Implementation {
   Implementation(const Device& device, const opencl::Traits& traits, Precision wanted_precision)
-  : precision(traits.fp64 ? wanted_precision : Precision::Float)
+  : precision(stages::available(wanted_precision, traits))
   , queue(device, traits, stages::buildOptions(traits, precision))
   {
   }

@@ -21,8 +21,6 @@ namespace pcl_gpu_icp {
 
 namespace {
 
-Precision available(Precision wanted, const opencl::Traits& traits) { return traits.fp64 ? wanted : Precision::Float; }
-
 /// The kernels index the 9 rows of outer products with 32 bits.
 constexpr std::size_t points_at_most = (std::size_t(1) << 32) / 9 / ROW_PADDING * ROW_PADDING;
 
@@ -41,7 +39,7 @@ struct RigidEstimator::Implementation {
                  Pipeline wanted_pipeline,
                  Precision wanted_precision)
   : pipeline(wanted_pipeline)
-  , precision(available(wanted_precision, traits))
+  , precision(stages::available(wanted_precision, traits))
   , queue(device, traits, stages::buildOptions(traits, precision))
   {
   }

@@ -16,6 +16,8 @@ std::size_t quotientRoundedUp(std::size_t n, std::size_t divisor) { return (n + 
 
 cl_uint paddedStride(std::size_t n) { return static_cast<cl_uint>(quotientRoundedUp(n, ROW_PADDING) * ROW_PADDING); }
 
+Precision available(Precision wanted, const Traits& traits) { return traits.fp64 ? wanted : Precision::Float; }
+
 std::string buildOptions(const Traits& traits, Precision precision)
 {
   std::string options = "-cl-std=CL1.2";

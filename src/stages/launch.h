@@ -10,6 +10,9 @@
 
 namespace pcl_gpu_icp::stages {
 
+/// The precision that the device computes in when `wanted`: float without fp64.
+Precision available(Precision wanted, const opencl::Traits& traits);
+
 /// Build options of all stages for a kernel shape and precision.
 std::string buildOptions(const opencl::Traits& traits, Precision precision);
 
