@@ -34,12 +34,20 @@ private:
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     for (auto entry = entries_.begin(); entry != entries_.end();)
-      entry =
-          entry->second.use_count() == 1 && entry->second->tree.expired() ? entries_.erase(entry) : std::next(entry);
+      entry = isUnused(entry->second) ? entries_.erase(entry) : std::next(entry);
     std::shared_ptr<Entry>& entry = entries_[fingerprint];
     if (!entry)
       entry = std::make_shared<Entry>();
     return entry;
+  }
+
+  static bool isUnused(const std::shared_ptr<Entry>& entry)
+  {
+    if (entry.use_count() > 1)
+      return false;
+    // Waits for nobody: it makes visible here what the last user wrote.
+    const std::lock_guard<std::mutex> lock(entry->mutex);
+    return entry->tree.expired();
   }
 
   std::mutex mutex_;
