@@ -3,20 +3,27 @@
 #include <pcl_gpu_icp/device.h>
 #include <pcl_gpu_icp/device_share.h>
 #include <pcl_gpu_icp/matcher.h>
+#include <pcl_gpu_icp/normal_estimator.h>
 #include <pcl_gpu_icp/rigid_estimator.h>
-#include <pcl_gpu_icp/search/tree_cache.h>
+#include <pcl_gpu_icp/search/shared_cache.h>
 
 #include <cstdint>
 #include <memory>
+#include <tuple>
 #include <utility>
 
 namespace pcl_gpu_icp {
 
-/// Targets on a device, by the fingerprint of their points: one tree for all lanes that align onto it.
+/// Targets on a device, by the fingerprint of their points: one tree, and its normals once, for all lanes that align
+/// onto it.
 struct TargetCache {
-  search::TreeCache<search::NearestIndex> indices; ///< on the host
-  search::TreeCache<MatchTarget> trees;            ///< that the device searches
-  search::TreeCache<MatchTarget> leaves;           ///< the points of an index
+  using NormalsOf =
+      std::tuple<std::uint64_t, unsigned, Precision>; ///< points, from so many neighbours, to this precision
+
+  search::SharedCache<search::NearestIndex> indices; ///< on the host
+  search::SharedCache<MatchTarget> trees;            ///< that the device searches
+  search::SharedCache<MatchTarget> leaves;           ///< the points of an index
+  search::SharedCache<NormalEstimator::Normals, NormalsOf> normals;
 };
 
 /// A place on a device where pairs are aligned one after another, beside other lanes: what an aligner is lent, and what
@@ -35,8 +42,9 @@ struct DeviceLane {
   unsigned threads = 1;                 ///< host threads for an aligner that asks for no number
 
   std::unique_ptr<Matcher> matcher;
-  std::uint64_t matcher_target = 0;  ///< fingerprint of the target that it holds; 0: none
-  std::uint64_t matcher_normals = 0; ///< and of its normals
+  std::uint64_t matcher_target = 0;                               ///< fingerprint of the target that it holds; 0: none
+  std::uint64_t matcher_normals = 0;                              ///< and of its normals
+  std::shared_ptr<const NormalEstimator::Normals> target_normals; ///< where they were estimated
   CorrespondenceSearch matcher_search{};
   std::unique_ptr<RigidEstimator> estimator;
 };

@@ -179,10 +179,11 @@ private:
   typename Base::CorrespondenceEstimationPtr default_correspondence_estimation_;
 
   // On the device, kept from one alignment to the next.
-  std::unique_ptr<Matcher> matcher_;          ///< from the source to the target,
-  std::uint64_t matcher_target_ = 0;          ///< the fingerprint of the points it holds,
-  CorrespondenceSearch matcher_search_{};     ///< what searches them,
-  std::uint64_t matcher_normals_ = 0;         ///< and the fingerprint of the normals that it measures along; 0: none
+  std::unique_ptr<Matcher> matcher_;      ///< from the source to the target,
+  std::uint64_t matcher_target_ = 0;      ///< the fingerprint of the points it holds,
+  CorrespondenceSearch matcher_search_{}; ///< what searches them,
+  std::uint64_t matcher_normals_ = 0;     ///< and the fingerprint of the normals that it measures along; 0: none
+  std::shared_ptr<const NormalEstimator::Normals> target_normals_; ///< where they were estimated
   std::unique_ptr<Matcher> backward_matcher_; ///< from the target to the source, for reciprocal correspondences
   std::unique_ptr<RigidEstimator> estimator_; ///< where the increment comes from listed correspondences,
   std::uint64_t estimator_target_ = 0;        ///< and the fingerprint of its target points

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <pcl_gpu_icp/device.h>
+#include <pcl_gpu_icp/device_share.h>
 #include <pcl_gpu_icp/points.h>
 #include <pcl_gpu_icp/result.h>
 
@@ -18,6 +19,7 @@ struct Traits;
 /// among them, vary least (Hoppe et al. 1992). One thread at a time.
 class PCL_GPU_ICP_API NormalEstimator {
 public:
+  using Normals = std::vector<std::array<float, 3>>;
   static constexpr unsigned default_neighbours = 20;
   static constexpr unsigned most_neighbours = 32;
 
@@ -27,6 +29,9 @@ public:
   NormalEstimator(NormalEstimator&&) noexcept;
   NormalEstimator& operator=(NormalEstimator&&) noexcept;
 
+  /// Asks `share` before each operation, from now on; null: nobody else uses the device.
+  void setShare(std::shared_ptr<DeviceShare> share);
+
   const DeviceInfo& device() const;
   Precision precision() const;
 
@@ -34,7 +39,7 @@ public:
   /// nearest points lie on a line or at one place. Points that coincide count as one neighbour.
   /// \param neighbours 3 to most_neighbours
   /// \throws InvalidArgument for another number of neighbours, DeviceError
-  std::vector<std::array<float, 3>> estimate(const Points& points, unsigned neighbours = default_neighbours);
+  Normals estimate(const Points& points, unsigned neighbours = default_neighbours);
 
   /// Time per stage and transfer since the last call.
   StageTimes takeTimes();

@@ -6,11 +6,10 @@
 
 #include <pcl/point_cloud.h>
 
-#include <array>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <mutex>
-#include <vector>
 
 namespace pcl_gpu_icp {
 
@@ -32,7 +31,10 @@ class TransformationEstimationPointToPlaneLLS
 public:
   using Ptr = pcl::shared_ptr<TransformationEstimationPointToPlaneLLS>;
   using ConstPtr = pcl::shared_ptr<const TransformationEstimationPointToPlaneLLS>;
-  using Normals = std::vector<std::array<float, 3>>;
+  using Normals = NormalEstimator::Normals;
+  /// Estimates a normal for each point, from so many of its nearest. The points have this fingerprint.
+  using EstimateNormals = std::function<std::shared_ptr<const Normals>(
+      const Points& points, std::uint64_t fingerprint, unsigned neighbours)>;
 
   TransformationEstimationPointToPlaneLLS();
   ~TransformationEstimationPointToPlaneLLS() override = default;
@@ -41,12 +43,12 @@ public:
   void setNumberOfNeighbours(unsigned neighbours);
   unsigned getNumberOfNeighbours() const;
 
-  /// A normal for each point of `cloud`, estimated on `device` when the point type has none. Those estimated last are
-  /// kept until the coordinates change.
+  /// A normal for each point of `cloud`, estimated when the point type has none. Those estimated last are kept until
+  /// the coordinates change.
   /// \param kept owns what the result views
-  /// \throws InvalidArgument for a number of neighbours that NormalEstimator refuses, DeviceError
+  /// \throws what `estimate` throws
   Points normalsOf(const pcl::PointCloud<PointTarget>& cloud,
-                   const Device& device,
+                   const EstimateNormals& estimate,
                    std::shared_ptr<const Normals>& kept) const;
 
 private:

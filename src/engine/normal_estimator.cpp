@@ -57,17 +57,22 @@ NormalEstimator makeNormalEstimator(const Device& device, const opencl::Traits& 
   return NormalEstimator(std::make_unique<NormalEstimator::Implementation>(device, traits, precision));
 }
 
+void NormalEstimator::setShare(std::shared_ptr<DeviceShare> share)
+{
+  implementation_->queue.setShare(std::move(share));
+}
+
 const DeviceInfo& NormalEstimator::device() const { return implementation_->queue.info(); }
 Precision NormalEstimator::precision() const { return implementation_->precision; }
 
-std::vector<std::array<float, 3>> NormalEstimator::estimate(const Points& points, unsigned neighbours)
+NormalEstimator::Normals NormalEstimator::estimate(const Points& points, unsigned neighbours)
 {
   if (neighbours < 3 || neighbours > most_neighbours)
     throw InvalidArgument("a normal is estimated from 3 to " + std::to_string(most_neighbours) + " points, not from " +
                           std::to_string(neighbours));
   Implementation& self = *implementation_;
   constexpr float not_a_number = std::numeric_limits<float>::quiet_NaN();
-  std::vector<std::array<float, 3>> normals(points.count, {not_a_number, not_a_number, not_a_number});
+  Normals normals(points.count, {not_a_number, not_a_number, not_a_number});
 
   const unsigned threads = effectiveThreads(0);
   const auto pivot = search::pivotOf(points);

@@ -4,6 +4,7 @@
 #include "../rooms/watchdog.h"
 
 #include <pcl_gpu_icp/batch.h>
+#include <pcl_gpu_icp/transformation_estimation_point_to_plane_lls.h>
 
 #include <pcl/registration/correspondence_rejection_distance.h>
 
@@ -199,6 +200,30 @@ TEST(BatchAligner, OneTreeForAllLanesOfADevice)
     });
   batch.run();
   EXPECT_EQ(targets.size(), 1U);
+}
+
+TEST(BatchAligner, NormalsOfASharedTargetAreEstimatedOnceAndScheduled)
+{
+  const auto target = scenes::hills<Point>(1000, 3);
+  const auto configure = [](Icp& icp) {
+    icp.setTransformationEstimation(pcl::make_shared<TransformationEstimationPointToPlaneLLS<Point, Point>>());
+    icp.setMaximumIterations(5);
+  };
+  std::vector<Pair> pairs;
+  for (unsigned i = 0; i < 9; ++i)
+    pairs.push_back({scenes::moved(*scenes::hills<Point>(300, 20 + i), scenes::smallMotion()), target});
+  BatchAligner batch;
+  BatchSettings settings;
+  settings.lanes = 3;
+  settings.schedule = std::make_shared<Schedule>();
+  batch.setSettings(settings);
+  for (const Pair& pair : pairs)
+    batch.add<Point, Point>(pair.source, pair.target, configure);
+  const auto results = batch.run();
+  for (std::size_t i = 0; i < results.size(); ++i)
+    expectSame(results[i], alignAlone(pairs[i], configure));
+  const auto spans = settings.schedule->spans();
+  EXPECT_EQ(std::count_if(spans.begin(), spans.end(), [](const auto& span) { return span.what == "normals"; }), 1);
 }
 
 TEST(BatchAligner, MixedSettingsOnTheSameLanes)

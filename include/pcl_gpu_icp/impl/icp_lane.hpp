@@ -14,13 +14,14 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::enter(DeviceLane& 
   setDevice(lane.device);
   share_ = lane.share;
   cache_ = lane.targets;
-  nearest_tree_->setCache(cache_ ? std::shared_ptr<search::TreeCache<search::NearestIndex>>(cache_, &cache_->indices)
+  nearest_tree_->setCache(cache_ ? std::shared_ptr<search::SharedCache<search::NearestIndex>>(cache_, &cache_->indices)
                                  : nullptr);
   if (threads_ == 0)
     threads_ = lane.threads;
   matcher_ = std::move(lane.matcher);
   matcher_target_ = std::exchange(lane.matcher_target, 0);
   matcher_normals_ = std::exchange(lane.matcher_normals, 0);
+  target_normals_ = std::move(lane.target_normals);
   matcher_search_ = lane.matcher_search;
   estimator_ = std::move(lane.estimator);
   estimator_target_ = 0;
@@ -40,6 +41,7 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::leave(DeviceLane& 
   lane.matcher_search = matcher_search_;
   lane.matcher_target = usable ? matcher_target_ : 0;
   lane.matcher_normals = usable ? matcher_normals_ : 0;
+  lane.target_normals = std::move(target_normals_);
   lane.estimator = usable ? std::move(estimator_) : nullptr;
   matcher_.reset();
   estimator_.reset();

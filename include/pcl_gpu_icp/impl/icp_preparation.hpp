@@ -177,8 +177,17 @@ template <typename PointSource, typename PointTarget, typename Scalar>
 void IterativeClosestPoint<PointSource, PointTarget, Scalar>::prepareMetric()
 {
   const Stopwatch watch(result_.host_times, "normals");
-  std::shared_ptr<const typename PlaneEstimation::Normals> kept;
-  const Points normals = planes_->normalsOf(*this->target_, device(), kept);
+  using Normals = NormalEstimator::Normals;
+  const Precision precision = detail::precisionFor<Scalar>(device());
+  const auto estimate = [&](const Points& points, std::uint64_t fingerprint, unsigned neighbours) {
+    const auto make = [&] {
+      NormalEstimator estimator(device(), precision);
+      estimator.setShare(share_);
+      return std::make_shared<const Normals>(estimator.estimate(points, neighbours));
+    };
+    return cache_ ? cache_->normals.get({fingerprint, neighbours, precision}, make) : make();
+  };
+  const Points normals = planes_->normalsOf(*this->target_, estimate, target_normals_);
   const std::uint64_t fingerprint = search::fingerprintOf(normals);
   if (matcher_normals_ == fingerprint)
     return;

@@ -34,7 +34,7 @@ unsigned TransformationEstimationPointToPlaneLLS<PointSource, PointTarget, Scala
 template <typename PointSource, typename PointTarget, typename Scalar>
 Points TransformationEstimationPointToPlaneLLS<PointSource, PointTarget, Scalar>::normalsOf(
     const pcl::PointCloud<PointTarget>& cloud,
-    [[maybe_unused]] const Device& device,
+    [[maybe_unused]] const EstimateNormals& estimate,
     [[maybe_unused]] std::shared_ptr<const Normals>& kept) const
 {
   Points normals = search::pointsOf(cloud);
@@ -44,8 +44,7 @@ Points TransformationEstimationPointToPlaneLLS<PointSource, PointTarget, Scalar>
     const std::uint64_t fingerprint = search::fingerprintOf(normals);
     const std::lock_guard<std::mutex> lock(normals_mutex_);
     if (!normals_ || normals_of_ != fingerprint) {
-      NormalEstimator estimator(device, detail::precisionFor<Scalar>(device));
-      normals_ = std::make_shared<const Normals>(estimator.estimate(normals, neighbours_));
+      normals_ = estimate(normals, fingerprint, neighbours_);
       normals_of_ = fingerprint;
     }
     kept = normals_;
@@ -70,7 +69,12 @@ Estimate TransformationEstimationPointToPlaneLLS<PointSource, PointTarget, Scala
     const pcl::PointCloud<PointTarget>& cloud_tgt) const
 {
   std::shared_ptr<const Normals> kept;
-  Points normals = normalsOf(cloud_tgt, this->getDevice(), kept);
+  const auto estimate_normals = [this](const Points& points, std::uint64_t /*fingerprint*/, unsigned neighbours) {
+    const Device& device = this->getDevice();
+    NormalEstimator normal_estimator(device, detail::precisionFor<Scalar>(device));
+    return std::make_shared<const Normals>(normal_estimator.estimate(points, neighbours));
+  };
+  Points normals = normalsOf(cloud_tgt, estimate_normals, kept);
   normals.count = target.count;
   normals.index = target.index;
   normals.index_stride = target.index_stride;

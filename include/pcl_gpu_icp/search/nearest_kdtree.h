@@ -3,7 +3,7 @@
 #include <pcl_gpu_icp/search/coordinate_kdtree.h>
 #include <pcl_gpu_icp/search/nearest_index.h>
 #include <pcl_gpu_icp/search/points_of.h>
-#include <pcl_gpu_icp/search/tree_cache.h>
+#include <pcl_gpu_icp/search/shared_cache.h>
 #include <pcl_gpu_icp/stopwatch.h>
 
 #include <pcl/search/kdtree.h>
@@ -49,7 +49,7 @@ public:
   std::shared_ptr<const NearestIndex> index() const { return this->usesDefaults() ? index_ : nullptr; }
 
   /// Where to look for an index of the same points before building one; null, the default: nowhere.
-  void setCache(std::shared_ptr<TreeCache<NearestIndex>> cache) { cache_ = std::move(cache); }
+  void setCache(std::shared_ptr<SharedCache<NearestIndex>> cache) { cache_ = std::move(cache); }
 
   /// Whether setInputCloud() leaves the building to refresh() or to the first query.
   void setDeferred(bool deferred) { deferred_ = deferred; }
@@ -78,7 +78,7 @@ private:
   bool deferred_ = false;
   std::unique_ptr<std::once_flag> due_; ///< set while a building is deferred
   std::shared_ptr<const NearestIndex> index_ = std::make_shared<NearestIndex>();
-  std::shared_ptr<TreeCache<NearestIndex>> cache_;
+  std::shared_ptr<SharedCache<NearestIndex>> cache_;
   std::uint64_t fingerprint_ = 0;
   unsigned long revision_ = 0;
   StageTimes times_;

@@ -8,29 +8,30 @@
 
 namespace pcl_gpu_icp::search {
 
-/// Trees that several aligners search, by the fingerprint of their points. A tree lives while somebody holds it.
-/// Thread-safe; who asks for a tree that another is building waits for it.
-template <typename Tree>
-class TreeCache {
+/// What several aligners use, by the fingerprint of what it is made of. A value lives while somebody holds it.
+/// Thread-safe; who asks for a value that another is making waits for it.
+template <typename Value, typename Fingerprint = std::uint64_t>
+class SharedCache {
 public:
-  /// \param build makes the tree where there is none
-  std::shared_ptr<const Tree> get(std::uint64_t fingerprint, const std::function<std::shared_ptr<const Tree>()>& build)
+  /// \param make makes the value where there is none
+  std::shared_ptr<const Value> get(const Fingerprint& fingerprint,
+                                   const std::function<std::shared_ptr<const Value>()>& make)
   {
     const std::shared_ptr<Entry> entry = entryOf(fingerprint);
     const std::lock_guard<std::mutex> lock(entry->mutex);
-    std::shared_ptr<const Tree> tree = entry->tree.lock();
-    if (!tree)
-      entry->tree = tree = build();
-    return tree;
+    std::shared_ptr<const Value> value = entry->value.lock();
+    if (!value)
+      entry->value = value = make();
+    return value;
   }
 
 private:
   struct Entry {
     std::mutex mutex;
-    std::weak_ptr<const Tree> tree;
+    std::weak_ptr<const Value> value;
   };
 
-  std::shared_ptr<Entry> entryOf(std::uint64_t fingerprint)
+  std::shared_ptr<Entry> entryOf(const Fingerprint& fingerprint)
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     for (auto entry = entries_.begin(); entry != entries_.end();)
@@ -47,11 +48,11 @@ private:
       return false;
     // Waits for nobody: it makes visible here what the last user wrote.
     const std::lock_guard<std::mutex> lock(entry->mutex);
-    return entry->tree.expired();
+    return entry->value.expired();
   }
 
   std::mutex mutex_;
-  std::map<std::uint64_t, std::shared_ptr<Entry>> entries_;
+  std::map<Fingerprint, std::shared_ptr<Entry>> entries_;
 };
 
 } // namespace pcl_gpu_icp::search
