@@ -57,8 +57,8 @@ void runIcp(Icp& icp, const CloudPair& pair, const AlignOptions& options, const 
 {
   applySettings(icp, options);
   applyPluginSettings(icp, options, device);
-  icp.setInputSource(pair.source.points);
-  icp.setInputTarget(pair.target.points);
+  icp.setInputSource(pair.source->points);
+  icp.setInputTarget(pair.target->points);
 
   LiveLine line(!options.quiet);
   icp.setIterationCallback([&line](int iteration, double rmse, std::size_t searched) {
@@ -68,10 +68,15 @@ void runIcp(Icp& icp, const CloudPair& pair, const AlignOptions& options, const 
   icp.align(aligned, detail::toMatrix<double>(pair.guess));
 }
 
-CloudPair timedRead(StageTimes& times, const AlignOptions& options)
+/// \param source_file becomes the file of the source
+CloudPair timedRead(StageTimes& times, const AlignOptions& options, Cloud& source_file)
 {
   const Stopwatch watch(times, "read");
-  return readPair(options);
+  source_file = readCloud(options.source);
+  return readPair(options, [&](const std::string& path) {
+    return std::make_shared<PreparedCloud>(
+        prepare(path == options.source ? source_file : readCloud(path), path, options));
+  });
 }
 
 Device timedSelect(StageTimes& times, const AlignOptions& options)
@@ -88,13 +93,13 @@ std::optional<double> timedFitness(StageTimes& times, Icp& icp)
 }
 
 void writeFiles(Outputs& outputs,
-                const CloudPair& pair,
+                const Cloud& source_file,
                 const report::AlignmentReport& report,
                 const AlignOptions& options)
 {
   const bool aligned = report.result.converged;
   if (outputs.cloud && aligned) {
-    Cloud moved = pair.source_file;
+    Cloud moved = source_file;
     transform(moved, report.transform, options.drop_zero_returns);
     outputs.cloud->write(writeCloud(moved, *formatOf(options.output)));
   }
@@ -119,9 +124,10 @@ ExitCode align(const AlignOptions& options)
   report.target = options.target;
   std::optional<Stopwatch> total(std::in_place, report.command_times, "total");
 
-  const CloudPair pair = timedRead(report.command_times, options);
+  Cloud source_file;
+  const CloudPair pair = timedRead(report.command_times, options, source_file);
   if (outputs.cloud)
-    checkWritable(pair.source_file, *formatOf(options.output));
+    checkWritable(source_file, *formatOf(options.output));
   Icp icp;
   runIcp(icp, pair, options, timedSelect(report.command_times, options));
   report.result = icp.getResult();
@@ -131,7 +137,7 @@ ExitCode align(const AlignOptions& options)
   total.reset();
 
   describe(report, pair, detail::toRigidTransform<double>(icp.getFinalTransformation()));
-  writeFiles(outputs, pair, report, options);
+  writeFiles(outputs, source_file, report, options);
   if (options.json == "-")
     writeToStandardOutput(report::toJson(report));
   else if (!options.quiet)

@@ -130,7 +130,7 @@ public:
         places_.push_back(place);
     tasks_.reserve(places_.size());
     for (const std::size_t place : places_) {
-      PairTask& task = tasks_.emplace_back(pairs[place]);
+      PairTask& task = tasks_.emplace_back(pairs[place], clouds_);
       aligner_.add(points.of(pairs[place].alignment), [&task](DeviceLane& lane) { return task.run(lane); });
     }
     // It would tell of an earlier run if this one did not come to its end.
@@ -257,6 +257,7 @@ private:
   report::BatchReport kept_; ///< what an earlier run came to
   const std::shared_ptr<Schedule> schedule_ = std::make_shared<Schedule>();
   std::vector<std::size_t> places_; ///< in the list, of the pairs that the aligner has
+  PreparedClouds clouds_;
   std::vector<PairTask> tasks_;
   BatchAligner aligner_;
   int signal_ = 0;

@@ -1,19 +1,28 @@
 #include "cli/cloud_pair.h"
 
-#include "cli/cloud_file.h"
 #include "cli/guess.h"
 
 #include <limits>
+#include <utility>
 
 namespace pcl_gpu_icp::cli {
+
+CloudPair::CloudPair(std::shared_ptr<const PreparedCloud> from,
+                     std::shared_ptr<const PreparedCloud> to,
+                     const RigidTransform& file_guess)
+: source(std::move(from))
+, target(std::move(to))
+, guess(recentred(orthonormalised(file_guess, source->centroid), source->origin, target->origin))
+{
+}
 
 RigidTransform CloudPair::inFileCoordinates(const RigidTransform& transform) const
 {
   std::array<double, 3> from;
   std::array<double, 3> to;
   for (int i = 0; i < 3; ++i) {
-    from[i] = -source.origin[i];
-    to[i] = -target.origin[i];
+    from[i] = -source->origin[i];
+    to[i] = -target->origin[i];
   }
   return recentred(transform, from, to);
 }
@@ -21,22 +30,18 @@ RigidTransform CloudPair::inFileCoordinates(const RigidTransform& transform) con
 void describe(report::AlignmentReport& report, const CloudPair& pair, const RigidTransform& transform)
 {
   report.transform = pair.inFileCoordinates(transform);
-  report.resolution = pair.source.extent * std::numeric_limits<float>::epsilon();
-  report.source_points = pair.source.counts;
-  report.target_points = pair.target.counts;
+  report.resolution = pair.source->extent * std::numeric_limits<float>::epsilon();
+  report.source_points = pair.source->counts;
+  report.target_points = pair.target->counts;
   report.target_points.coincident = report.result.target_dropped;
   report.target_points.used = report.result.target_points;
 }
 
-CloudPair readPair(const AlignmentOptions& options)
+CloudPair readPair(const AlignmentOptions& options, const ReadPrepared& prepared)
 {
   const RigidTransform guess = options.guess ? readGuess(*options.guess) : RigidTransform();
-  CloudPair pair;
-  pair.source_file = readCloud(options.source);
-  pair.source = prepare(pair.source_file, options.source, options);
-  pair.target = prepare(readCloud(options.target), options.target, options);
-  pair.guess = recentred(orthonormalised(guess, pair.source.centroid), pair.source.origin, pair.target.origin);
-  return pair;
+  auto source = prepared(options.source);
+  return {std::move(source), prepared(options.target), guess};
 }
 
 } // namespace pcl_gpu_icp::cli

@@ -1,6 +1,5 @@
 #pragma once
 
-#include "cli/cloud.h"
 #include "cli/options.h"
 #include "cli/prepared_cloud.h"
 
@@ -8,24 +7,36 @@
 
 #include <pcl_gpu_icp/rigid_transform.h>
 
+#include <functional>
+#include <memory>
+#include <string>
+
 namespace pcl_gpu_icp::cli {
 
-/// The two clouds and the guess that the arguments name.
+/// Two clouds, and where the alignment of one onto the other starts.
 struct CloudPair {
-  Cloud source_file;
-  PreparedCloud source;
-  PreparedCloud target;
+  /// \param file_guess in the coordinates of the files; its rotation need not be exactly orthonormal
+  CloudPair(std::shared_ptr<const PreparedCloud> from,
+            std::shared_ptr<const PreparedCloud> to,
+            const RigidTransform& file_guess);
+
+  std::shared_ptr<const PreparedCloud> source;
+  std::shared_ptr<const PreparedCloud> target;
   RigidTransform guess; ///< between the prepared clouds
 
   /// A transform between the prepared clouds, in the coordinates of the files.
   RigidTransform inFileCoordinates(const RigidTransform& transform) const;
 };
 
+/// Gives the prepared cloud of a file.
+using ReadPrepared = std::function<std::shared_ptr<const PreparedCloud>(const std::string& path)>;
+
 /// Enters into a report, which has its result, what that result means for the files.
 /// \param transform between the prepared clouds
 void describe(report::AlignmentReport& report, const CloudPair& pair, const RigidTransform& transform);
 
+/// The guess and then the clouds that the arguments name.
 /// \throws Failure (Input, Usage)
-CloudPair readPair(const AlignmentOptions& options);
+CloudPair readPair(const AlignmentOptions& options, const ReadPrepared& prepared);
 
 } // namespace pcl_gpu_icp::cli

@@ -1,3 +1,4 @@
+#include "cli/cloud_file.h"
 #include "cli/cloud_pair.h"
 #include "cli/commands.h"
 #include "cli/icp_settings.h"
@@ -98,14 +99,14 @@ report::Run runStock(const CloudPair& pair, const CompareOptions& options, const
 {
   if (options.metric == Metric::Point) {
     StockIcp<PointXYZ> icp;
-    return runStock<PointXYZ>(icp, pair.source.points, pair.target.points, pair, options);
+    return runStock<PointXYZ>(icp, pair.source->points, pair.target->points, pair, options);
   }
   NormalEstimator estimator(device, detail::precisionFor<float>(device));
   StockIcp<PointNormal> icp;
   icp.setTransformationEstimation(
       pcl::make_shared<pcl::registration::TransformationEstimationPointToPlaneLLS<PointNormal, PointNormal>>());
   return runStock<PointNormal>(
-      icp, withNormals(*pair.source.points, estimator), withNormals(*pair.target.points, estimator), pair, options);
+      icp, withNormals(*pair.source->points, estimator), withNormals(*pair.target->points, estimator), pair, options);
 }
 
 ExitCode compare(const CompareOptions& options)
@@ -113,7 +114,9 @@ ExitCode compare(const CompareOptions& options)
   std::unique_ptr<OutputFile> json;
   if (!options.json.empty() && options.json != "-")
     json = std::make_unique<OutputFile>("--json", options.json, options.force);
-  const CloudPair pair = readPair(options);
+  const CloudPair pair = readPair(options, [&](const std::string& path) {
+    return std::make_shared<PreparedCloud>(prepare(readCloud(path), path, options));
+  });
 
   const Device device = Device::select(options.device);
   PluginIcp plugin;
@@ -122,9 +125,9 @@ ExitCode compare(const CompareOptions& options)
   report::ComparisonReport report;
   report.source = options.source;
   report.target = options.target;
-  report.source_points = pair.source.points->size();
-  report.target_points = pair.target.points->size();
-  report.plugin = run<PointXYZ>(plugin, pair.source.points, pair.target.points, pair, options);
+  report.source_points = pair.source->points->size();
+  report.target_points = pair.target->points->size();
+  report.plugin = run<PointXYZ>(plugin, pair.source->points, pair.target->points, pair, options);
   const AlignmentResult& result = plugin.getResult();
   if (result.reason == Reason::Error)
     throw Failure(ExitCode::Device, result.message);
@@ -136,7 +139,7 @@ ExitCode compare(const CompareOptions& options)
   report.pipeline = result.pipeline;
   report.metric = result.metric;
   report.stock = runStock(pair, options, device);
-  report.centroid = pair.source.centroid;
+  report.centroid = pair.source->centroid;
   report.difference = report::differenceOf(report.stock.transform, report.plugin.transform, report.centroid);
   report.tolerance = options.tolerance;
 

@@ -1,6 +1,6 @@
 #include "cli/pair_task.h"
 
-#include "cli/cloud_pair.h"
+#include "cli/cloud_file.h"
 #include "cli/failure.h"
 #include "cli/icp_settings.h"
 
@@ -10,15 +10,6 @@
 #include <new>
 
 namespace pcl_gpu_icp::cli {
-namespace {
-
-CloudPair timedRead(StageTimes& times, const AlignmentOptions& options)
-{
-  const Stopwatch watch(times, "read");
-  return readPair(options);
-}
-
-} // namespace
 
 BatchResult PairTask::run(DeviceLane& lane)
 {
@@ -44,6 +35,15 @@ BatchResult PairTask::run(DeviceLane& lane)
   }
 }
 
+CloudPair PairTask::read()
+{
+  const AlignmentOptions& options = pair_->alignment;
+  return readPair(options, [&](const std::string& path) {
+    return clouds_->get({path, options.drop_zero_returns, options.leaf},
+                        [&] { return std::make_shared<const PreparedCloud>(prepare(readCloud(path), path, options)); });
+  });
+}
+
 BatchResult PairTask::align(DeviceLane& lane)
 {
   const AlignmentOptions& options = pair_->alignment;
@@ -51,12 +51,14 @@ BatchResult PairTask::align(DeviceLane& lane)
   report.source = pair_->identity.source;
   report.target = pair_->identity.target;
   std::optional<Stopwatch> total(std::in_place, report.command_times, "total");
-  const CloudPair clouds = timedRead(report.command_times, options);
+  std::optional<Stopwatch> reading(std::in_place, report.command_times, "read");
+  const CloudPair clouds = read();
+  reading.reset();
   IterativeClosestPoint<pcl::PointXYZ, pcl::PointXYZ, double> icp;
   applySettings(icp, options);
   applyPluginSettings(icp, options, lane.device);
-  icp.setInputSource(clouds.source.points);
-  icp.setInputTarget(clouds.target.points);
+  icp.setInputSource(clouds.source->points);
+  icp.setInputTarget(clouds.target->points);
   BatchResult result = BatchAligner::align(lane, icp, detail::toMatrix<double>(clouds.guess), true);
   total.reset();
 

@@ -1,20 +1,31 @@
 #pragma once
 
+#include "cli/cloud_pair.h"
 #include "cli/listed_pair.h"
 
 #include "report/alignment_report.h"
 
 #include <pcl_gpu_icp/batch.h>
+#include <pcl_gpu_icp/search/shared_cache.h>
 
 #include <optional>
+#include <string>
+#include <tuple>
 
 namespace pcl_gpu_icp::cli {
+
+/// What is made of a file, and how: the file, whether zero returns are dropped, the edge of the voxels.
+using PreparedFile = std::tuple<std::string, bool, std::optional<double>>;
+/// The clouds of the pairs that are aligned: a file that several need at a time is read once.
+using PreparedClouds = search::SharedCache<PreparedCloud, PreparedFile>;
 
 /// A pair of a batch on its way.
 class PairTask {
 public:
-  explicit PairTask(const ListedPair& pair)
+  /// \param clouds of all pairs
+  PairTask(const ListedPair& pair, PreparedClouds& clouds)
   : pair_(&pair)
+  , clouds_(&clouds)
   {
   }
 
@@ -39,8 +50,10 @@ public:
 
 private:
   BatchResult align(DeviceLane& lane);
+  CloudPair read();
 
   const ListedPair* pair_;
+  PreparedClouds* clouds_;
   std::optional<report::AlignmentReport> report_;
   std::optional<report::PairFailure> failure_;
 };
