@@ -21,7 +21,7 @@ BINARIES, SCANS, OUTPUT = (pathlib.Path(argument).resolve() for argument in sys.
 CORES = os.cpu_count()
 
 # Workload, what it is, pairs, runs.
-WORKLOADS = [("small", "7k points", 64, 3), ("large", "60k points", 64, 2), ("mix", "2k to 270k points", 64, 3)]
+WORKLOADS = [("small", "7k points", 64, 7), ("large", "60k points", 64, 5), ("mix", "2k to 270k points", 64, 5)]
 METHODS = {
     "one after another": ["sequence"],
     "batch": ["batch"],
@@ -32,7 +32,7 @@ METHODS = {
     "batch, 64 work-items, first come first served": ["batch", "--capacity", "64", "--policy", "fifo"],
     "batch, 64 work-items, largest first": ["batch", "--capacity", "64", "--policy", "largest"],
 }
-STOCK_PAIRS, STOCK_RUNS = 32, 2
+STOCK_PAIRS, STOCK_RUNS = 32, 3
 TINY_PAIRS = 10_000
 
 
@@ -60,8 +60,8 @@ def table(what, pairs, runs):
     lines = [
         f"**{pairs} pairs of {what}**, {len(runs['batch'])} runs",
         "",
-        "| | all pairs | ratio | the median pair finishes | ratio | device busy |",
-        "|---|---|---|---|---|---|",
+        "| | all pairs | ratio | the median pair finishes | ratio | cores busy | device busy |",
+        "|---|---|---|---|---|---|---|",
     ]
     total = {method: median(of, lambda r: r["ms"]) for method, of in runs.items()}
     middle = {method: median(of, lambda r: statistics.median(r["finished_ms"])) for method, of in runs.items()}
@@ -69,7 +69,8 @@ def table(what, pairs, runs):
         busy = f"{100 * median(of, lambda r: r['utilisation']['busy']):.0f} %" if "utilisation" in of[0] else ""
         lines.append(
             f"| {method} | {total[method]:.0f} ms | {total['one after another'] / total[method]:.2f}x | "
-            f"{middle[method]:.0f} ms | {middle['one after another'] / middle[method]:.2f}x | {busy} |")
+            f"{middle[method]:.0f} ms | {middle['one after another'] / middle[method]:.2f}x | "
+            f"{median(of, lambda r: r['cpu_ms'] / r['ms']):.2f} | {busy} |")
     return "\n".join(lines)
 
 
