@@ -64,7 +64,8 @@ def run(method, files, iterations, mode=None):
     command = [str(BINARIES / "bench/align_benchmark"), own] if own else [
         sys.executable, str(pathlib.Path(__file__).with_name("peer.py")), method]
     command += [*map(str, files), str(iterations)] + ([mode] if mode else [])
-    environment = dict(os.environ, OMP_NUM_THREADS="2")
+    # Threads stay on cores of their own: some kernels wake them all on one.
+    environment = dict(os.environ, OMP_NUM_THREADS="2", OMP_PROC_BIND="true", POCL_AFFINITY="1")
     done = subprocess.run(command, capture_output=True, text=True, env=environment)
     if done.returncode != 0:
         raise RuntimeError(done.stderr.strip().splitlines()[-1])
