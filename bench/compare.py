@@ -116,9 +116,10 @@ def surface(n, seed):
 
 def grow(folder):
     rows = []
+    files = folder / "source", folder / "target"
+    moved = numpy.float32([0.02, -0.01, 0.015])
     for n in SIZES:
-        files = folder / "source", folder / "target"
-        (surface(n, 1) + numpy.float32([0.02, -0.01, 0.015])).tofile(files[0])
+        (surface(n, 1) + moved).tofile(files[0])
         surface(n, 2).tofile(files[1])
         for method in ("ours, default", "ours, device", "small_gicp ICP"):
             try:
@@ -129,9 +130,10 @@ def grow(folder):
             rows.append({"points": n, "method": method, **result})
             print(f"  {n} points, {method}: {result['ms']:.0f} ms", file=sys.stderr, flush=True)
     # One place, a million times: nothing in it may be quadratic.
-    one_place = numpy.full((SIZES[-2], 3), 1.5, "f4")
-    one_place.tofile(files[1])
-    rows.append({"points": SIZES[-2], "method": "ours, device, all target points in one place",
+    n = SIZES[-2]
+    (surface(n, 1) + moved).tofile(files[0])
+    numpy.full((n, 3), 1.5, "f4").tofile(files[1])
+    rows.append({"points": n, "method": "ours, device, all target points in one place",
                  **run("ours, device", files, GROWTH_ITERATIONS)})
     return rows
 
