@@ -2,6 +2,7 @@
 
 #include <pcl_gpu_icp/error.h>
 #include <pcl_gpu_icp/icp.h>
+#include <pcl_gpu_icp/impl/icp_correspondences.hpp>
 #include <pcl_gpu_icp/impl/icp_lane.hpp>
 #include <pcl_gpu_icp/impl/icp_preparation.hpp>
 #include <pcl_gpu_icp/impl/matrix.hpp>
@@ -49,15 +50,6 @@ bool hasField(const char* name)
     if (field.name == name)
       return true;
   return false;
-}
-
-/// PCL's Correspondence::distance is the squared distance.
-inline double meanSquare(const pcl::Correspondences& correspondences)
-{
-  double sum = 0;
-  for (const pcl::Correspondence& c : correspondences)
-    sum += c.distance;
-  return correspondences.empty() ? 0 : sum / static_cast<double>(correspondences.size());
 }
 
 } // namespace detail
@@ -175,154 +167,6 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::computeTransformat
     pcl::copyPointCloud(*this->input_, *this->indices_, output);
   const PointCloudSource untransformed = output;
   this->transformCloud(untransformed, output, this->final_transformation_);
-}
-
-template <typename PointSource, typename PointTarget, typename Scalar>
-bool IterativeClosestPoint<PointSource, PointTarget, Scalar>::match(const RigidTransform& pose)
-{
-  this->previous_transformation_ = this->transformation_;
-  matched_pose_ = pose;
-  {
-    const Stopwatch watch(result_.host_times, "search");
-    if (moved_source_)
-      this->transformCloud(*this->input_, *moved_source_, matrixOf(pose));
-    if (matches_on_device_)
-      matchOnDevice(pose);
-    else if (this->correspondence_estimation_ == default_correspondence_estimation_ &&
-             !this->use_reciprocal_correspondence_)
-      queryCallersSearch();
-    else
-      queryCallersCorrespondenceEstimation();
-  }
-  if (!matches_on_device_)
-    searched_ += finite_indices_->size();
-  if (lists_correspondences_) {
-    rejectCorrespondences();
-    matched_ = matches_.size();
-    mean_squared_distance_ = detail::meanSquare(*this->correspondences_);
-    if (!increment_from_matching_)
-      mean_squared_residual_ = mean_squared_distance_;
-  }
-  if (auto* own = dynamic_cast<ConvergenceCriteria*>(this->convergence_criteria_.get()))
-    own->setMeanSquaredDistance(mean_squared_distance_);
-  if (this->nr_iterations_ == 0)
-    result_.rmse_before = std::sqrt(mean_squared_distance_);
-
-  return matched_ >= static_cast<std::size_t>(this->min_number_correspondences_);
-}
-
-template <typename PointSource, typename PointTarget, typename Scalar>
-double IterativeClosestPoint<PointSource, PointTarget, Scalar>::error() const
-{
-  if (this->use_reciprocal_correspondence_ || !this->correspondence_rejectors_.empty())
-    return mean_squared_residual_;
-  // A point without a match counts as one at the limit, so that losing matches does not look like progress.
-  const auto unmatched = static_cast<double>(finite_indices_->size() - matched_);
-  const double limit_sq = this->corr_dist_threshold_ * this->corr_dist_threshold_;
-  return mean_squared_residual_ * static_cast<double>(matched_) + (unmatched > 0 ? unmatched * limit_sq : 0);
-}
-
-template <typename PointSource, typename PointTarget, typename Scalar>
-void IterativeClosestPoint<PointSource, PointTarget, Scalar>::matchOnDevice(const RigidTransform& pose)
-{
-  const Matches found = matcher_->match(pose, detail::squaredLimit(this->corr_dist_threshold_));
-  searched_ += found.searched;
-  increment_ = found.increment;
-  matched_ = increment_.pairs;
-  mean_squared_distance_ = found.mean_squared_distance;
-  mean_squared_residual_ = found.mean_squared_residual;
-  if (!lists_correspondences_)
-    return;
-  matches_ = matcher_->correspondences(pose);
-  if (this->use_reciprocal_correspondence_)
-    keepMutual(pose);
-  listCorrespondences(matches_);
-}
-
-template <typename PointSource, typename PointTarget, typename Scalar>
-void IterativeClosestPoint<PointSource, PointTarget, Scalar>::keepMutual(const RigidTransform& pose)
-{
-  const RigidTransform back = inverse(pose);
-  backward_matcher_->match(back, detail::squaredLimit(this->corr_dist_threshold_));
-  std::vector<std::int32_t> nearest_source(this->target_->size(), pcl::UNAVAILABLE);
-  for (const Correspondence& c : backward_matcher_->correspondences(back))
-    nearest_source[c.source] = c.target;
-  const auto is_one_sided = [&](const Correspondence& c) { return nearest_source[c.target] != c.source; };
-  matches_.erase(std::remove_if(matches_.begin(), matches_.end(), is_one_sided), matches_.end());
-}
-
-template <typename PointSource, typename PointTarget, typename Scalar>
-void IterativeClosestPoint<PointSource, PointTarget, Scalar>::listCorrespondences(
-    const std::vector<Correspondence>& correspondences)
-{
-  this->correspondences_->resize(correspondences.size());
-  for (std::size_t i = 0; i < correspondences.size(); ++i) {
-    const Correspondence& c = correspondences[i];
-    (*this->correspondences_)[i] = {c.source, c.target, c.squared_distance};
-  }
-}
-
-template <typename PointSource, typename PointTarget, typename Scalar>
-void IterativeClosestPoint<PointSource, PointTarget, Scalar>::queryCallersSearch()
-{
-  const double limit = this->corr_dist_threshold_ * this->corr_dist_threshold_;
-  pcl::Correspondences nearest(finite_indices_->size());
-  parallelFor(nearest.size(), search::queries_at_a_time, result_.threads, [&](std::size_t begin, std::size_t end) {
-    pcl::Indices index(1);
-    std::vector<float> distance(1);
-    PointTarget query;
-    for (std::size_t i = begin; i < end; ++i) {
-      const auto source = (*finite_indices_)[i];
-      pcl::copyPoint((*moved_source_)[source], query);
-      const bool found = this->tree_->nearestKSearch(query, 1, index, distance) > 0 && distance[0] <= limit;
-      nearest[i] = {source, found ? index[0] : pcl::UNAVAILABLE, distance[0]};
-    }
-  });
-  this->correspondences_->clear();
-  for (const pcl::Correspondence& c : nearest)
-    if (c.index_match != pcl::UNAVAILABLE)
-      this->correspondences_->push_back(c);
-}
-
-template <typename PointSource, typename PointTarget, typename Scalar>
-void IterativeClosestPoint<PointSource, PointTarget, Scalar>::queryCallersCorrespondenceEstimation()
-{
-  auto& estimation = *this->correspondence_estimation_;
-  estimation.setInputSource(moved_source_);
-  if (finite_indices_->size() < this->input_->size())
-    estimation.setIndicesSource(finite_indices_);
-  if (estimation.requiresSourceNormals()) {
-    pcl::PCLPointCloud2::Ptr blob(new pcl::PCLPointCloud2);
-    pcl::toPCLPointCloud2(*moved_source_, *blob);
-    estimation.setSourceNormals(blob);
-  }
-  if (this->use_reciprocal_correspondence_)
-    estimation.determineReciprocalCorrespondences(*this->correspondences_, this->corr_dist_threshold_);
-  else
-    estimation.determineCorrespondences(*this->correspondences_, this->corr_dist_threshold_);
-}
-
-template <typename PointSource, typename PointTarget, typename Scalar>
-void IterativeClosestPoint<PointSource, PointTarget, Scalar>::rejectCorrespondences()
-{
-  pcl::PCLPointCloud2::Ptr source_blob;
-  if (this->need_source_blob_) {
-    source_blob.reset(new pcl::PCLPointCloud2);
-    pcl::toPCLPointCloud2(*moved_source_, *source_blob);
-  }
-  for (const auto& rejector : this->correspondence_rejectors_) {
-    if (rejector->requiresSourcePoints())
-      rejector->setSourcePoints(source_blob);
-    if (rejector->requiresSourceNormals() && this->source_has_normals_)
-      rejector->setSourceNormals(source_blob);
-    rejector->setInputCorrespondences(pcl::make_shared<pcl::Correspondences>(*this->correspondences_));
-    rejector->getCorrespondences(*this->correspondences_);
-  }
-  if (matches_on_device_ && this->correspondence_rejectors_.empty())
-    return;
-  matches_.clear();
-  for (const pcl::Correspondence& c : *this->correspondences_)
-    matches_.push_back({c.index_query, c.index_match, c.distance});
 }
 
 template <typename PointSource, typename PointTarget, typename Scalar>
