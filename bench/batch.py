@@ -39,7 +39,7 @@ TINY_PAIRS = 10_000
 def run(*arguments):
     command = [BINARIES / "bench/batch_benchmark", SCANS, *map(str, arguments)]
     # Threads stay on cores of their own: some kernels wake them all on one.
-    done = subprocess.run(command, capture_output=True, text=True, env=dict(os.environ, POCL_AFFINITY="1"))
+    done = subprocess.run(command, capture_output=True, text=True, env={"POCL_AFFINITY": "1", **os.environ})
     if done.returncode != 0:
         raise RuntimeError(done.stderr.strip().splitlines()[-1])
     return json.loads(done.stdout)

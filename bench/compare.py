@@ -65,8 +65,8 @@ def run(method, files, iterations, mode=None):
         sys.executable, str(pathlib.Path(__file__).with_name("peer.py")), method]
     command += [*map(str, files), str(iterations)] + ([mode] if mode else [])
     # Threads stay on cores of their own: some kernels wake them all on one.
-    bound = {"POCL_AFFINITY": "1"} if own else {"OMP_NUM_THREADS": "2", "OMP_PROC_BIND": "true"}
-    environment = {**os.environ, **bound}
+    bound = {"POCL_AFFINITY": "1"} if own else {"OMP_PROC_BIND": "true"}
+    environment = {**bound, **os.environ, "OMP_NUM_THREADS": "2"}
     done = subprocess.run(command, capture_output=True, text=True, env=environment)
     if done.returncode != 0:
         raise RuntimeError(done.stderr.strip().splitlines()[-1])

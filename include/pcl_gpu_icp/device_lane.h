@@ -17,8 +17,8 @@ namespace pcl_gpu_icp {
 /// Targets on a device, by the fingerprint of their points: one tree, and its normals once, for all lanes that align
 /// onto it.
 struct TargetCache {
-  using NormalsOf =
-      std::tuple<std::uint64_t, unsigned, Precision>; ///< points, from so many neighbours, to this precision
+  /// Points, from how many neighbours, to which precision.
+  using NormalsOf = std::tuple<std::uint64_t, unsigned, Precision>;
 
   search::SharedCache<search::NearestIndex> indices; ///< on the host
   search::SharedCache<MatchTarget> trees;            ///< that the device searches

@@ -69,13 +69,14 @@ void runIcp(Icp& icp, const CloudPair& pair, const AlignOptions& options, const 
 }
 
 /// \param source_file becomes the file of the source
-CloudPair timedRead(StageTimes& times, const AlignOptions& options, Cloud& source_file)
+CloudPair timedRead(StageTimes& times, const AlignOptions& options, std::optional<Cloud>& source_file)
 {
   const Stopwatch watch(times, "read");
-  source_file = readCloud(options.source);
   return readPair(options, [&](const std::string& path) {
-    return std::make_shared<PreparedCloud>(
-        prepare(path == options.source ? source_file : readCloud(path), path, options));
+    if (source_file)
+      return readPrepared(path, options);
+    source_file = readCloud(path);
+    return std::make_shared<const PreparedCloud>(prepare(*source_file, path, options));
   });
 }
 
@@ -124,10 +125,10 @@ ExitCode align(const AlignOptions& options)
   report.target = options.target;
   std::optional<Stopwatch> total(std::in_place, report.command_times, "total");
 
-  Cloud source_file;
+  std::optional<Cloud> source_file;
   const CloudPair pair = timedRead(report.command_times, options, source_file);
   if (outputs.cloud)
-    checkWritable(source_file, *formatOf(options.output));
+    checkWritable(*source_file, *formatOf(options.output));
   Icp icp;
   runIcp(icp, pair, options, timedSelect(report.command_times, options));
   report.result = icp.getResult();
@@ -137,7 +138,7 @@ ExitCode align(const AlignOptions& options)
   total.reset();
 
   describe(report, pair, detail::toRigidTransform<double>(icp.getFinalTransformation()));
-  writeFiles(outputs, source_file, report, options);
+  writeFiles(outputs, *source_file, report, options);
   if (options.json == "-")
     writeToStandardOutput(report::toJson(report));
   else if (!options.quiet)

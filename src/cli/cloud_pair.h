@@ -35,7 +35,7 @@ using ReadPrepared = std::function<std::shared_ptr<const PreparedCloud>(const st
 /// \param transform between the prepared clouds
 void describe(report::AlignmentReport& report, const CloudPair& pair, const RigidTransform& transform);
 
-/// The guess and then the clouds that the arguments name.
+/// Reads what the arguments name: the guess, then the source, then the target.
 /// \throws Failure (Input, Usage)
 CloudPair readPair(const AlignmentOptions& options, const ReadPrepared& prepared);
 

@@ -1,4 +1,3 @@
-#include "cli/cloud_file.h"
 #include "cli/cloud_pair.h"
 #include "cli/commands.h"
 #include "cli/icp_settings.h"
@@ -114,9 +113,7 @@ ExitCode compare(const CompareOptions& options)
   std::unique_ptr<OutputFile> json;
   if (!options.json.empty() && options.json != "-")
     json = std::make_unique<OutputFile>("--json", options.json, options.force);
-  const CloudPair pair = readPair(options, [&](const std::string& path) {
-    return std::make_shared<PreparedCloud>(prepare(readCloud(path), path, options));
-  });
+  const CloudPair pair = readPair(options, [&](const std::string& path) { return readPrepared(path, options); });
 
   const Device device = Device::select(options.device);
   PluginIcp plugin;

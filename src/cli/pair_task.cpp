@@ -1,6 +1,5 @@
 #include "cli/pair_task.h"
 
-#include "cli/cloud_file.h"
 #include "cli/failure.h"
 #include "cli/icp_settings.h"
 
@@ -39,8 +38,7 @@ CloudPair PairTask::read()
 {
   const AlignmentOptions& options = pair_->alignment;
   return readPair(options, [&](const std::string& path) {
-    return clouds_->get({path, options.drop_zero_returns, options.leaf},
-                        [&] { return std::make_shared<const PreparedCloud>(prepare(readCloud(path), path, options)); });
+    return clouds_->get({path, options.drop_zero_returns, options.leaf}, [&] { return readPrepared(path, options); });
   });
 }
 

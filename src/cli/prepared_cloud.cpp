@@ -1,5 +1,6 @@
 #include "cli/prepared_cloud.h"
 
+#include "cli/cloud_file.h"
 #include "cli/input_file.h"
 
 #include <algorithm>
@@ -130,6 +131,11 @@ PreparedCloud prepare(const Cloud& cloud, const std::string& path, const Alignme
                                 static_cast<float>(point[1] - origin[1]),
                                 static_cast<float>(point[2] - origin[2]));
   return result;
+}
+
+std::shared_ptr<const PreparedCloud> readPrepared(const std::string& path, const AlignmentOptions& options)
+{
+  return std::make_shared<const PreparedCloud>(prepare(readCloud(path), path, options));
 }
 
 } // namespace pcl_gpu_icp::cli

@@ -9,6 +9,7 @@
 #include <pcl/point_types.h>
 
 #include <array>
+#include <memory>
 #include <string>
 
 namespace pcl_gpu_icp::cli {
@@ -24,5 +25,9 @@ struct PreparedCloud {
 
 /// \throws Failure (Input) where no point is left
 PreparedCloud prepare(const Cloud& cloud, const std::string& path, const AlignmentOptions& options);
+
+/// The prepared cloud of a file.
+/// \throws Failure (Input)
+std::shared_ptr<const PreparedCloud> readPrepared(const std::string& path, const AlignmentOptions& options);
 
 } // namespace pcl_gpu_icp::cli

@@ -134,6 +134,7 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::prepareMatchingOnD
         device_searches ? search::fingerprintOf(search::pointsOf(*this->target_)) : nearest_tree_->fingerprint();
     if (matcher_target_ != target || (matcher_normals_ != 0 && !planes_)) {
       matcher_target_ = matcher_normals_ = 0;
+      target_normals_.reset();
       const auto make_target = [&] {
         return device_searches ? matcher_->makeTarget(search::pointsOf(*this->target_))
                                : matcher_->makeTarget(nearest_tree_->index());
