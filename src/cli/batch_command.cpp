@@ -115,7 +115,7 @@ public:
   , pairs_(pairs)
   , devices_(std::move(devices))
   , files_(options.directory, options.shard, !options.sequence.empty(), options.trace, options.existing())
-  , ledger_(pairs, *files_.results)
+  , ledger_(pairs, files_.results->path(), files_.results->kept())
   , aligner_(devices_)
   {
     ledger_.describe(kept_);
@@ -281,8 +281,9 @@ Run addBatch(CLI::App& command)
   command.add_option("MANIFEST",
                      options->manifest,
                      "the pairs: .csv whose header names the columns source, target and any of the options of a pair "
-                     "below (without dashes), or .jsonl, an object with such keys in each line. File names are "
-                     "relative to its folder");
+                     "below (without dashes), or .jsonl, an object with such keys in each line. The separator of "
+                     ".csv may be a comma, a semicolon or a tab; lines that start with # are comments; a value keeps "
+                     "blanks around it, or a # in front, where it is quoted. File names are relative to its folder");
   const auto sequence =
       command
           .add_option("--sequence",

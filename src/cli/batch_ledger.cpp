@@ -7,16 +7,13 @@
 
 namespace pcl_gpu_icp::cli {
 
-BatchLedger::BatchLedger(const std::vector<ListedPair>& pairs, const ResultsFile& results)
+BatchLedger::BatchLedger(const std::vector<ListedPair>& pairs, const std::string& path, std::string_view lines)
 : pairs_(pairs)
 , outcomes_(pairs.size())
 {
-  std::string_view rest(results.kept());
-  for (std::size_t line = 1; !rest.empty(); ++line) {
-    const auto fail = [&](const std::string& why) {
-      return inputFailure(results.path() + ":" + std::to_string(line), why);
-    };
-    const auto read = report::readResultLine(nextLine(rest));
+  for (std::size_t line = 1; !lines.empty(); ++line) {
+    const auto fail = [&](const std::string& why) { return inputFailure(path + ":" + std::to_string(line), why); };
+    const auto read = report::readResultLine(nextLine(lines));
     if (!read)
       throw fail("is no result of a batch");
     const std::string pair = "pair " + std::to_string(read->pair);

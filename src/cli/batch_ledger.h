@@ -1,12 +1,13 @@
 #pragma once
 
 #include "cli/listed_pair.h"
-#include "cli/results_file.h"
 
 #include "report/batch_report.h"
 
 #include <cstddef>
 #include <optional>
+#include <string>
+#include <string_view>
 #include <vector>
 
 namespace pcl_gpu_icp::cli {
@@ -14,9 +15,9 @@ namespace pcl_gpu_icp::cli {
 /// The results of the pairs of a batch, as far as there are any. Pairs are named by their place in the list.
 class BatchLedger {
 public:
-  /// Starts with what the file has already.
+  /// Starts with what a results file has already, in whole lines.
   /// \throws Failure (Input) that names a line that is no result, or one of something that the list does not have
-  BatchLedger(const std::vector<ListedPair>& pairs, const ResultsFile& results);
+  BatchLedger(const std::vector<ListedPair>& pairs, const std::string& path, std::string_view lines);
 
   bool has(std::size_t place) const { return outcomes_[place].has_value(); }
   void add(std::size_t place, const report::PairOutcome& outcome) { outcomes_[place] = outcome; }

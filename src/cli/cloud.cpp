@@ -32,7 +32,7 @@ bool store(std::string_view text, std::uint8_t* to)
     // Some writers put a decimal point into every column.
     const auto real = parseNumber<double>(text);
     constexpr double least = std::numeric_limits<Number>::min();
-    constexpr double most = std::numeric_limits<Number>::max();
+    constexpr auto most = static_cast<double>(std::numeric_limits<Number>::max());
     if (!real || !(*real >= least && *real <= most) || sizeof(Number) > 4)
       return false;
     value = static_cast<Number>(*real);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <stdexcept>
 #include <string>
 
@@ -41,17 +42,25 @@ constexpr const char* toString(ExitCode code)
   return "unknown";
 }
 
-/// Ends the command: what() is the one line for stderr and says what is wrong and where.
+/// Ends the command: what() is the one line for stderr and says what is wrong and where. What it quotes from a file may
+/// have control characters, which become blanks.
 class Failure : public std::runtime_error {
 public:
   Failure(ExitCode code, const std::string& line)
-  : std::runtime_error(line)
+  : std::runtime_error(onOneLine(line))
   , code_(code)
   {
   }
   ExitCode code() const noexcept { return code_; }
 
 private:
+  static std::string onOneLine(std::string line)
+  {
+    std::replace_if(
+        line.begin(), line.end(), [](unsigned char c) { return c < ' ' || c == 0x7F; }, ' ');
+    return line;
+  }
+
   ExitCode code_;
 };
 

@@ -3,22 +3,90 @@
 #include "cli/input_file.h"
 #include "cli/number.h"
 
+#include "report/format.h"
+
 #include <Eigen/LU>
 #include <Eigen/SVD>
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 namespace pcl_gpu_icp::cli {
 namespace {
-
-constexpr std::string_view separators = " \t\r\n,";
 
 using RowMajor3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 using Rotation = Eigen::Map<const RowMajor3>;
 using MutableRotation = Eigen::Map<RowMajor3>;
 
 bool isNumber(const std::string& text) { return parseNumber<double>(text).has_value(); }
+
+std::vector<double> numbersOf(std::string_view text)
+{
+  std::vector<double> numbers;
+  while (!text.empty()) {
+    std::string_view line = nextLine(text);
+    line = line.substr(0, line.find('#'));
+    for (auto word = nextWord(line, number_separators); !word.empty(); word = nextWord(line, number_separators)) {
+      const auto value = parseNumber<double>(word);
+      if (!value || !std::isfinite(*value)) {
+        std::string shown(word.substr(0, 40));
+        std::replace(shown.begin(), shown.end(), '\0', ' '); // which would end the message
+        throw std::invalid_argument("'" + shown + "' is not a finite number");
+      }
+      numbers.push_back(*value);
+    }
+  }
+  return numbers;
+}
+
+constexpr double rotation_tolerance = 1e-3;
+constexpr double last_row_tolerance = 1e-6; // what a product of transforms may end with
+
+bool isLastRow(const std::array<double, 4>& row)
+{
+  constexpr double expected[] = {0, 0, 0, 1};
+  return std::equal(row.begin(), row.end(), expected, [](double value, double wanted) {
+    return std::abs(value - wanted) <= last_row_tolerance;
+  });
+}
+
+void checkLastRow(const std::vector<double>& m)
+{
+  const std::array<double, 4> row{m[12], m[13], m[14], m[15]};
+  if (isLastRow(row))
+    return;
+  if (isLastRow({m[3], m[7], m[11], m[15]}))
+    throw std::invalid_argument("looks transposed: 0 0 0 1 is its last column, and must be its last row");
+  throw std::invalid_argument("not a rigid transform: its last row is " +
+                              report::format("%.9g %.9g %.9g %.9g", row[0], row[1], row[2], row[3]) + ", not 0 0 0 1");
+}
+
+void checkRotation(const Rotation& rotation)
+{
+  const Eigen::Matrix3d product = rotation * rotation.transpose();
+  const double square = product.trace() / 3;
+  const auto error = [&product](double unit) {
+    return (product - unit * Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
+  };
+  const std::string refusal = "not a rigid transform: ";
+  if (!product.allFinite()) // of NaN Eigen's largest may be anything
+    throw std::invalid_argument(refusal + "its numbers are too large for a rotation");
+  if (error(1) <= rotation_tolerance) {
+    if (rotation.determinant() < 0)
+      throw std::invalid_argument(refusal + "it mirrors (its determinant is -1)");
+    return;
+  }
+  if (error(square) <= rotation_tolerance * square)
+    throw std::invalid_argument(refusal + report::format("it scales by %.9g%s",
+                                                         std::sqrt(square),
+                                                         rotation.determinant() < 0 ? " and mirrors" : ""));
+  throw std::invalid_argument(refusal +
+                              report::format("a row's length squared, or two rows' product, is %.3g off a rotation's, "
+                                             "and may be %g: write more digits",
+                                             error(1),
+                                             rotation_tolerance));
+}
 
 } // namespace
 
@@ -42,44 +110,37 @@ std::vector<std::string> joinGuess(std::vector<std::string> arguments)
 bool namesFile(const std::string& argument)
 {
   std::string_view words(argument);
-  return !parseNumber<double>(nextWord(words, separators));
+  words.remove_prefix(std::min(words.find_first_not_of(number_separators), words.size()));
+  return !parseNumber<double>(nextWord(words, " \t\r\n,;")); // "[0]pose.txt" is a name
 }
 
-RigidTransform readGuess(const std::string& argument)
+RigidTransform parseGuess(std::string_view text)
 {
-  std::string text = argument;
-  const bool is_file = namesFile(argument);
-  const std::string where = is_file ? "--guess " + argument : "--guess";
-  const auto fail = [&](const std::string& why) {
-    return Failure(is_file ? ExitCode::Input : ExitCode::Usage, where + ": " + why);
-  };
-  if (is_file)
-    text = readFile(argument);
-
-  std::vector<double> m;
-  std::string_view words(text);
-  for (auto word = nextWord(words, separators); !word.empty(); word = nextWord(words, separators)) {
-    const auto value = parseNumber<double>(word);
-    if (!value || !std::isfinite(*value))
-      throw fail(std::string(word.substr(0, 40)) + " is not a finite number");
-    m.push_back(*value);
-  }
-  if (m.size() != 16)
-    throw fail(std::to_string(m.size()) + " numbers where a 4x4 matrix has 16");
-
+  const std::vector<double> m = numbersOf(withoutByteOrderMark(text));
+  if (m.size() != 16 && m.size() != 12)
+    throw std::invalid_argument(std::to_string(m.size()) +
+                                " numbers where a 4x4 matrix has 16, or 12 without its last row");
+  if (m.size() == 16)
+    checkLastRow(m);
   RigidTransform guess;
   for (int row = 0; row < 3; ++row) {
     std::copy_n(m.begin() + 4 * row, 3, guess.rotation.begin() + 3 * row);
     guess.translation[row] = m[4 * row + 3];
   }
-  const Rotation rotation(guess.rotation.data());
-  constexpr double tolerance = 1e-3;
-  const double error = (rotation * rotation.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
-  if (error > tolerance || rotation.determinant() < 0 ||
-      std::vector<double>(m.begin() + 12, m.end()) != std::vector<double>{0, 0, 0, 1})
-    throw fail("not a rigid transform: three rows of a rotation (orthonormal to 0.001, determinant +1) and a "
-               "translation, then 0 0 0 1");
+  checkRotation(Rotation(guess.rotation.data()));
   return guess;
+}
+
+RigidTransform readGuess(const std::string& argument)
+{
+  const bool is_file = namesFile(argument);
+  try {
+    return parseGuess(is_file ? readFile(argument) : argument);
+  } catch (const std::invalid_argument& error) {
+    if (is_file)
+      throw inputFailure("--guess " + argument, error.what());
+    throw Failure(ExitCode::Usage, std::string("--guess: ") + error.what());
+  }
 }
 
 RigidTransform orthonormalised(const RigidTransform& transform, const std::array<double, 3>& anchor)

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace pcl_gpu_icp::cli {
@@ -15,7 +16,12 @@ std::vector<std::string> joinGuess(std::vector<std::string> arguments);
 /// Whether such an argument is the name of a file, and not numbers.
 bool namesFile(const std::string& argument);
 
-/// The guess that an argument gives: a file name or 16 numbers. Its rotation may have been written with few digits.
+/// The rigid transform that a text has: a 4x4 matrix row by row, whose last row may be left out, with blanks, commas,
+/// semicolons or brackets between its numbers. What follows a # on a line is a comment. Its rotation may have been
+/// written with few digits. \throws std::invalid_argument that says what else it looks like
+RigidTransform parseGuess(std::string_view text);
+
+/// The guess that an argument gives: a file name or numbers.
 /// \throws Failure (Usage) for numbers, (Input) for a file, that are not a rigid transform
 RigidTransform readGuess(const std::string& argument);
 

@@ -11,7 +11,8 @@ namespace pcl_gpu_icp::cli {
 
 Failure inputFailure(const std::string& path, const std::string& why)
 {
-  return Failure(ExitCode::Input, path + ": " + why);
+  constexpr std::size_t longest = 500; // bytes; what is quoted from a file may be as long as the file
+  return Failure(ExitCode::Input, path + ": " + (why.size() > longest ? why.substr(0, longest) + "..." : why));
 }
 
 std::string readFile(const std::string& path, std::size_t most)

@@ -3,6 +3,7 @@
 #include "cli/csv.h"
 #include "cli/guess.h"
 #include "cli/input_file.h"
+#include "cli/lower_case.h"
 #include "cli/number.h"
 
 #include "report/json_members.h"
@@ -19,10 +20,11 @@ namespace fs = std::filesystem;
 /// Turns lines into pairs.
 class Manifest {
 public:
-  Manifest(const std::string& path, const OptionTexts& defaults)
+  Manifest(const std::string& path, const OptionTexts& defaults, PairOptions& options)
   : path_(path)
   , folder_(fs::path(path).parent_path())
   , defaults_(defaults)
+  , options_(options)
   {
   }
 
@@ -41,6 +43,9 @@ public:
 
   void add(std::size_t line, std::map<std::string, std::string> columns)
   {
+    for (const auto& [name, text] : columns)
+      if (text.find('\0') != std::string::npos)
+        fail(line, name + " has a NUL character");
     ListedPair pair;
     pair.identity.pair = pairs_.size();
     pair.identity.source = take(line, columns, "source");
@@ -86,7 +91,7 @@ private:
   const std::string& path_;
   const fs::path folder_;
   const OptionTexts& defaults_;
-  PairOptions options_;
+  PairOptions& options_;
   std::vector<ListedPair> pairs_;
 };
 
@@ -94,7 +99,9 @@ void readRecords(Manifest& manifest, const std::vector<CsvRecord>& records)
 {
   if (records.empty())
     return;
-  const auto& names = records.front().fields;
+  std::vector<std::string> names;
+  for (const std::string& name : records.front().fields)
+    names.push_back(inLowerCase(name));
   for (auto name = names.begin(); name != names.end(); ++name) {
     manifest.checkColumn(records.front().line, *name);
     if (std::find(names.begin(), name, *name) != name)
@@ -129,7 +136,11 @@ void readObjects(Manifest& manifest, std::string_view content)
     } catch (const std::invalid_argument& error) {
       manifest.fail(line, error.what());
     }
-    manifest.add(line, std::move(members));
+    std::map<std::string, std::string> columns;
+    for (auto& [name, text_of_member] : members)
+      if (!columns.emplace(inLowerCase(name), std::move(text_of_member)).second)
+        manifest.fail(line, "has " + inLowerCase(name) + " twice");
+    manifest.add(line, std::move(columns));
   }
 }
 
@@ -137,16 +148,23 @@ void readObjects(Manifest& manifest, std::string_view content)
 
 std::vector<ListedPair> readManifest(const std::string& path, const OptionTexts& defaults)
 {
-  const fs::path extension = fs::path(path).extension();
+  PairOptions options;
+  return parseManifest(path, readFile(path), defaults, options);
+}
+
+std::vector<ListedPair>
+parseManifest(const std::string& path, std::string_view content, const OptionTexts& defaults, PairOptions& options)
+{
+  const std::string extension = inLowerCase(fs::path(path).extension().string());
   const bool is_csv = extension == ".csv";
   if (!is_csv && extension != ".jsonl" && extension != ".json-lines" && extension != ".ndjson")
     throw inputFailure(path, "is neither .csv nor .jsonl");
-  const std::string file = readFile(path);
-  std::string_view content(file);
-  constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
-  if (content.substr(0, byte_order_mark.size()) == byte_order_mark)
-    content.remove_prefix(byte_order_mark.size());
-  Manifest manifest(path, defaults);
+  content = withoutByteOrderMark(content);
+  const auto before_nul = content.substr(0, content.find('\0'));
+  if (before_nul.size() < content.size())
+    throw inputFailure(path + ":" + std::to_string(std::count(before_nul.begin(), before_nul.end(), '\n') + 1),
+                       "has a NUL byte; a manifest is text in UTF-8");
+  Manifest manifest(path, defaults, options);
   if (is_csv)
     readRecords(manifest, readCsv(path, content));
   else

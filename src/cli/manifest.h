@@ -3,6 +3,7 @@
 #include "cli/listed_pair.h"
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace pcl_gpu_icp::cli {
@@ -11,5 +12,10 @@ namespace pcl_gpu_icp::cli {
 /// \param defaults options of the lines that do not have them
 /// \throws Failure (Input) that names the file, the line and the column
 std::vector<ListedPair> readManifest(const std::string& path, const OptionTexts& defaults);
+
+/// The same of a manifest's content.
+/// \param options what reads the options of its lines
+std::vector<ListedPair>
+parseManifest(const std::string& path, std::string_view content, const OptionTexts& defaults, PairOptions& options);
 
 } // namespace pcl_gpu_icp::cli

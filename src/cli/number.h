@@ -7,6 +7,16 @@
 
 namespace pcl_gpu_icp::cli {
 
+/// What a text file may start with.
+constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
+
+inline std::string_view withoutByteOrderMark(std::string_view text)
+{
+  if (text.substr(0, byte_order_mark.size()) == byte_order_mark)
+    text.remove_prefix(byte_order_mark.size());
+  return text;
+}
+
 /// The number that the whole text spells, whatever the locale; "nan" and "inf" are numbers too.
 template <typename Number>
 std::optional<Number> parseNumber(std::string_view text)
@@ -19,6 +29,9 @@ std::optional<Number> parseNumber(std::string_view text)
     return std::nullopt;
   return value;
 }
+
+/// What stands between the numbers of a list or a matrix, also as numpy and MATLAB print one.
+constexpr std::string_view number_separators = " \t\r\n,;[]()";
 
 /// Takes the next word off the front of `text`; empty when there is none.
 inline std::string_view nextWord(std::string_view& text, std::string_view separators = " \t\r")

@@ -38,8 +38,10 @@ CLI::Validator wholeNumber(long maximum)
 
 void addPairOptions(CLI::App& command, AlignmentOptions& options)
 {
-  command.add_option("--guess", options.guess, "initial transform, 4x4 row by row: a file or 16 numbers")
-      ->type_name("FILE|16 NUMBERS");
+  command
+      .add_option(
+          "--guess", options.guess, "initial transform, 4x4 or its first three rows, row by row: a file or the numbers")
+      ->type_name("FILE|NUMBERS");
   command
       .add_option("--max-distance", options.max_distance, "ignore correspondences farther apart (default: no limit)")
       ->check(positiveNumber())

@@ -14,7 +14,7 @@ namespace pcl_gpu_icp::cli {
 struct AlignmentOptions {
   std::string source;
   std::string target;
-  std::optional<std::string> guess; ///< a file name or 16 numbers
+  std::optional<std::string> guess; ///< a file name or numbers
   std::optional<double> max_distance;
   int iterations = 100;
   std::optional<double> translation_epsilon; ///< a distance

@@ -2,6 +2,7 @@
 
 #include "cli/failure.h"
 #include "cli/guess.h"
+#include "cli/lower_case.h"
 #include "cli/number.h"
 
 #include "report/format.h"
@@ -20,7 +21,7 @@ std::string canonical(const std::string& text)
 {
   std::string numbers;
   std::string_view words(text);
-  for (auto word = nextWord(words, " \t\r\n,"); !word.empty(); word = nextWord(words, " \t\r\n,")) {
+  for (auto word = nextWord(words, number_separators); !word.empty(); word = nextWord(words, number_separators)) {
     const auto value = parseNumber<double>(word);
     if (!value)
       return text;
@@ -55,9 +56,9 @@ std::string PairOptions::checked(const std::string& name, const std::string& tex
   const CLI::Option* option = app_.get_option_no_throw("--" + name);
   if (!option)
     throw std::invalid_argument("there is no option " + name + " for a pair");
-  if (isFlag(*option) && text != "true" && text != "false")
+  std::string result = isFlag(*option) ? inLowerCase(text) : canonical(text);
+  if (isFlag(*option) && result != "true" && result != "false")
     throw std::invalid_argument(name + ": " + text + " is not true or false");
-  std::string result = canonical(text);
   try {
     const AlignmentOptions options = parse({{name, result}});
     if (options.guess && !namesFile(*options.guess)) // a file is read when its turn comes

@@ -30,16 +30,4 @@ inline Json deviceJson(const DeviceInfo& device)
 
 inline Json matrixJson(const RigidTransform& transform) { return Json(toMatrix(transform)); }
 
-/// Of matrixJson(), to the bit.
-inline RigidTransform transformOf(const Json& matrix)
-{
-  RigidTransform transform;
-  for (std::size_t row = 0; row < 3; ++row) {
-    for (std::size_t column = 0; column < 3; ++column)
-      transform.rotation[3 * row + column] = matrix.at(row).at(column).get<double>();
-    transform.translation[row] = matrix.at(row).at(3).get<double>();
-  }
-  return transform;
-}
-
 } // namespace pcl_gpu_icp::report

@@ -1,7 +1,9 @@
 #include "report/pair_result.h"
 
 #include "report/alignment_json.h"
+#include "report/json_input.h"
 
+#include <limits>
 #include <stdexcept>
 
 namespace pcl_gpu_icp::report {
@@ -19,6 +21,34 @@ Json identityJson(const PairIdentity& identity)
   for (const auto& [name, value] : identity.options)
     json["options"][name] = value;
   return json;
+}
+
+/// A whole number from 0; the JSON library would turn any number, true and false into one.
+template <typename Number>
+Number wholeNumber(const nlohmann::json& value)
+{
+  if (!value.is_number_unsigned() || value.get<std::uint64_t>() > std::uint64_t(std::numeric_limits<Number>::max()))
+    throw std::invalid_argument("is no whole number");
+  return value.get<Number>();
+}
+
+double number(const nlohmann::json& value)
+{
+  if (!value.is_number())
+    throw std::invalid_argument("is no number");
+  return value.get<double>();
+}
+
+/// Of matrixJson(), to the bit.
+RigidTransform transformOf(const nlohmann::json& matrix)
+{
+  RigidTransform transform;
+  for (std::size_t row = 0; row < 3; ++row) {
+    for (std::size_t column = 0; column < 3; ++column)
+      transform.rotation[3 * row + column] = number(matrix.at(row).at(column));
+    transform.translation[row] = number(matrix.at(row).at(3));
+  }
+  return transform;
 }
 
 PairStatus statusOf(const std::string& name)
@@ -86,13 +116,13 @@ std::string resultLine(const PairIdentity& identity, const PairFailure& failure)
 std::optional<ReadResult> readResultLine(std::string_view line)
 {
   try {
-    const Json json = Json::parse(line);
+    const nlohmann::json json = parseJson(line);
     ReadResult read;
     PairIdentity identity;
-    identity.pair = read.pair = json.at("pair").get<std::size_t>();
+    identity.pair = read.pair = wholeNumber<std::size_t>(json.at("pair"));
     identity.source = json.at("source").get<std::string>();
     identity.target = json.at("target").get<std::string>();
-    for (const auto& [name, value] : json.at("options").items())
+    for (const auto& [name, value] : json.at("options").get_ref<const nlohmann::json::object_t&>())
       identity.options[name] = value.get<std::string>();
     read.identity = identityText(identity);
 
@@ -104,9 +134,9 @@ std::optional<ReadResult> readResultLine(std::string_view line)
     }
     outcome.transform = transformOf(json.at("transform"));
     outcome.why = json.at("reason").get<std::string>();
-    outcome.iterations = json.at("iterations").get<int>();
+    outcome.iterations = wholeNumber<int>(json.at("iterations"));
     if (!json.at("rmse").is_null())
-      outcome.rmse = json.at("rmse").get<double>();
+      outcome.rmse = number(json.at("rmse"));
     return read;
   } catch (const Json::exception&) {
     return std::nullopt;

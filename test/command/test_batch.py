@@ -46,7 +46,7 @@ class Manifests(BatchTest):
         names = ["a, b.pcd", 'said "so".pcd', "two\nlines.pcd", " spaces .pcd"]
         for name in names:
             self.write(name, pcd(POINTS))
-        text = csv_text([(names[0], names[1]), (names[2], names[3])])
+        text = csv_text([(names[0], names[1]), (names[2], names[3])]).replace(names[3], f'"{names[3]}"')
         for content in (text, text.replace("\r\n", "\n"), "\ufeff" + text, text.rstrip("\r\n"), "\r\n" + text + "\r\n"):
             with self.subTest(content):
                 results, _ = self.batch(self.write("m.csv", content), "--force")
