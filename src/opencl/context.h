@@ -4,6 +4,7 @@
 
 #include <pcl_gpu_icp/device.h>
 
+#include <limits>
 #include <map>
 #include <mutex>
 #include <string>
@@ -23,6 +24,8 @@ struct Traits {
   bool fp64 = false;
   std::size_t work_group_size = 128; ///< of the Grouped shape; a power of two
   std::uint64_t max_allocation = 0;  ///< bytes
+  /// A launch of more work-items runs in passes, each of one work-group at least.
+  std::size_t max_work_items = std::numeric_limits<std::size_t>::max();
 
   static Traits of(const DeviceInfo& info);
 };
