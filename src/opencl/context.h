@@ -5,7 +5,6 @@
 #include <pcl_gpu_icp/device.h>
 
 #include <map>
-#include <mutex>
 #include <string>
 
 namespace pcl_gpu_icp::opencl {
@@ -46,7 +45,6 @@ private:
 
   Device device_;
   cl::Context context_;
-  std::mutex programs_mutex_;
   std::map<std::pair<std::string, std::string>, cl::Program> programs_;
 };
 
