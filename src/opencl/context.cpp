@@ -2,6 +2,7 @@
 
 #include "device_handle.h"
 #include "error.h"
+#include "gate.h"
 #include "kernel_source.h"
 
 #include <algorithm>
@@ -28,10 +29,8 @@ Traits Traits::of(const DeviceInfo& info)
 
 Context& Context::of(const Device& device)
 {
-  refuseAfterFork();
-  static std::mutex mutex;
+  const auto gate = enterGate();
   static auto& contexts = *new std::map<cl_device_id, Context*>;
-  const std::lock_guard<std::mutex> lock(mutex);
   Context*& context = contexts[device.handle_->device()];
   if (!context)
     context = new Context(device);
@@ -48,7 +47,7 @@ const cl::Device& Context::device() const { return device_.handle_->device; }
 
 cl::Program Context::program(const std::string& file, const std::string& options)
 {
-  const std::lock_guard<std::mutex> lock(programs_mutex_);
+  const auto gate = enterGate();
   const auto key = std::make_pair(file, options);
   const auto found = programs_.find(key);
   if (found != programs_.end())

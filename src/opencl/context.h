@@ -6,7 +6,6 @@
 
 #include <limits>
 #include <map>
-#include <mutex>
 #include <string>
 
 namespace pcl_gpu_icp::opencl {
@@ -49,7 +48,6 @@ private:
 
   Device device_;
   cl::Context context_;
-  std::mutex programs_mutex_;
   std::map<std::pair<std::string, std::string>, cl::Program> programs_;
 };
 

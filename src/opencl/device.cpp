@@ -2,6 +2,7 @@
 
 #include "device_handle.h"
 #include "error.h"
+#include "gate.h"
 
 #include <algorithm>
 #include <atomic>
@@ -154,7 +155,7 @@ const DeviceInfo& Device::info() const { return handle_->info; }
 
 std::vector<Device> Device::partition(unsigned compute_units) const
 {
-  opencl::refuseAfterFork();
+  const auto gate = opencl::enterGate();
   const cl_device_partition_property equally[] = {
       CL_DEVICE_PARTITION_EQUALLY, static_cast<cl_device_partition_property>(compute_units), 0};
   return opencl::translated(info().name, "", [&] {
@@ -172,7 +173,7 @@ std::vector<Device> Device::partition(unsigned compute_units) const
 
 std::vector<Device> Device::list()
 {
-  opencl::refuseAfterFork();
+  const auto gate = opencl::enterGate();
   std::vector<Device> devices;
   const auto all_platforms = platforms();
   for (unsigned p = 0; p < all_platforms.size(); ++p) {

@@ -1,6 +1,7 @@
 #include "queue.h"
 
 #include "device_handle.h"
+#include "gate.h"
 
 #include <algorithm>
 #include <utility>
@@ -43,6 +44,7 @@ Queue::Queue(const Device& device, const Traits& traits, std::string build_optio
 , traits_(traits)
 , build_options_(std::move(build_options))
 , queue_(translated(device.info().name, "", [&] {
+  const auto gate = enterGate();
   return cl::CommandQueue(context_->handle(), context_->device(), CL_QUEUE_PROFILING_ENABLE);
 }))
 {
