@@ -66,7 +66,7 @@ BatchResult PairTask::align(DeviceLane& lane)
     return result;
   report.result = result.alignment;
   report.fitness_score = result.fitness_score;
-  describe(report, clouds, result.transform);
+  describe(report, options, clouds, result.transform);
   report_ = std::move(report);
   return result;
 }
