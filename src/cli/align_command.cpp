@@ -133,8 +133,7 @@ ExitCode align(const AlignOptions& options)
   Icp icp;
   runIcp(icp, pair, options, timedSelect(report.command_times, options));
   report.result = icp.getResult();
-  if (report.result.reason == Reason::Error)
-    throw Failure(ExitCode::Device, report.result.message);
+  requireNoError(report.result);
   report.fitness_score = timedFitness(report.command_times, icp);
   total.reset();
 

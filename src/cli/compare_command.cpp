@@ -142,8 +142,7 @@ runPlugin(report::ComparisonReport& report, const CloudPair& pair, const Compare
   alignment.target = options.target;
   alignment.result = plugin.getResult();
   const AlignmentResult& result = alignment.result;
-  if (result.reason == Reason::Error)
-    throw Failure(ExitCode::Device, result.message);
+  requireNoError(result);
   describe(alignment, options, pair, detail::toRigidTransform<float>(plugin.getFinalTransformation()));
   report.plugin.converged = isAnswer(verdictOf(alignment));
   report.plugin.reason = result.reason;

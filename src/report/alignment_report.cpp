@@ -19,6 +19,7 @@ std::string cloudText(const char* role, const std::string& file, const PointCoun
       dropped += (dropped.empty() ? "" : ", ") + std::to_string(count) + " " + why;
   };
   add(points.non_finite, "not finite");
+  add(points.too_large, "beyond 1e18");
   add(points.zero_returns, "zero returns");
   add(points.downsampled, "merged by the voxel grid");
   add(points.coincident, "coincident with another");
@@ -59,7 +60,7 @@ Times allTimes(const AlignmentReport& report)
 
 Json droppedJson(const PointCounts& points)
 {
-  return {{"non_finite", points.non_finite},
+  return {{"non_finite", points.non_finite + points.too_large},
           {"zero_returns", points.zero_returns},
           {"downsampled", points.downsampled},
           {"coincident", points.coincident}};
@@ -127,6 +128,8 @@ Json alignmentJson(const AlignmentReport& report)
   json["inliers"] = result.inliers;
   json["rmse"] = result.inliers > 0 ? Json(result.rmse) : Json();
   json["rmse_before"] = result.inliers > 0 ? Json(result.rmse_before) : Json();
+  json["truncated_rmse"] = result.inliers > 0 ? Json(result.truncated_rmse) : Json();
+  json["truncated_rmse_before"] = result.inliers > 0 ? Json(result.truncated_rmse_before) : Json();
   json["fitness_score"] = report.fitness_score ? Json(*report.fitness_score) : Json();
   json["nearest_distance"] = report.nearest_distance ? Json(*report.nearest_distance) : Json();
   json["degenerate"] = toString(degeneracyOf(result));

@@ -13,6 +13,7 @@ namespace pcl_gpu_icp::report {
 struct PointCounts {
   std::size_t in_file = 0;
   std::size_t non_finite = 0;   ///< a coordinate is NaN, infinite or beyond float
+  std::size_t too_large = 0;    ///< a coordinate is beyond largest_coordinate
   std::size_t zero_returns = 0; ///< exactly at (0, 0, 0), dropped on request
   std::size_t downsampled = 0;  ///< merged with others by the voxel grid
   std::size_t coincident = 0;   ///< target only: repeat another point

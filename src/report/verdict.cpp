@@ -115,7 +115,7 @@ Verdict verdictOf(const AlignmentReport& report)
 
 double changeOfDistance(const AlignmentReport& report)
 {
-  const double change = report.result.rmse - report.result.rmse_before;
+  const double change = report.result.truncated_rmse - report.result.truncated_rmse_before;
   return std::abs(change) <= report.resolution ? 0 : change;
 }
 
@@ -141,8 +141,8 @@ std::string verdictText(const AlignmentReport& report)
   case Verdict::GotWorse:
     return no_answer + howItEnded(report) +
            format(", farther from the target than at the guess: RMSE %.6g before, %.6g after",
-                  report.result.rmse_before,
-                  report.result.rmse);
+                  report.result.truncated_rmse_before,
+                  report.result.truncated_rmse);
   case Verdict::Undetermined:
     return no_answer + "the pose is not determined: " + undeterminedText(report.result);
   case Verdict::TooCoarse:

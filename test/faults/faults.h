@@ -14,7 +14,7 @@ constexpr int writes_half = -1; ///< write() writes half of what it is given, wh
 struct Fault {
   std::string function; ///< "allocate" stands for malloc() and operator new
   unsigned long call = 1;
-  int code = 0;                     ///< OpenCL's, or errno
+  int code = 0;                      ///< OpenCL's, or errno
   std::size_t smallest_bytes = 2048; ///< of allocations that count
 };
 

@@ -39,14 +39,15 @@ cl_int changed(const char* kind, long by, cl_int code)
   return code;
 }
 
-cl_int withEvent(const cl_event* event, cl_int code)
-{
-  return event ? changed("event", 1, code) : code;
-}
+cl_int withEvent(const cl_event* event, cl_int code) { return event ? changed("event", 1, code) : code; }
 
 } // namespace
 
-#define REAL(name) (*[] { static const auto function = real(&name, #name); return function; }())
+#define REAL(name)                                                                                                     \
+  (*[] {                                                                                                               \
+    static const auto function = real(&name, #name);                                                                   \
+    return function;                                                                                                   \
+  }())
 #define FAIL_WITH_CODE(name)                                                                                           \
   if (const int code = faults::failsNow(#name))                                                                        \
   return code
@@ -72,33 +73,80 @@ extern "C" {
 WITH_CODE(clGetPlatformIDs, (cl_uint count, cl_platform_id* platforms, cl_uint* found), count, platforms, found)
 WITH_CODE(clGetPlatformInfo,
           (cl_platform_id platform, cl_platform_info what, size_t bytes, void* value, size_t* needed),
-          platform, what, bytes, value, needed)
+          platform,
+          what,
+          bytes,
+          value,
+          needed)
 WITH_CODE(clGetDeviceIDs,
           (cl_platform_id platform, cl_device_type type, cl_uint count, cl_device_id* devices, cl_uint* found),
-          platform, type, count, devices, found)
+          platform,
+          type,
+          count,
+          devices,
+          found)
 WITH_CODE(clGetDeviceInfo,
           (cl_device_id device, cl_device_info what, size_t bytes, void* value, size_t* needed),
-          device, what, bytes, value, needed)
-WITH_CODE(clCreateSubDevices,
-          (cl_device_id device, const cl_device_partition_property* how, cl_uint count, cl_device_id* parts, cl_uint* made),
-          device, how, count, parts, made)
+          device,
+          what,
+          bytes,
+          value,
+          needed)
+WITH_CODE(
+    clCreateSubDevices,
+    (cl_device_id device, const cl_device_partition_property* how, cl_uint count, cl_device_id* parts, cl_uint* made),
+    device,
+    how,
+    count,
+    parts,
+    made)
 WITH_CODE(clBuildProgram,
-          (cl_program program, cl_uint count, const cl_device_id* devices, const char* options,
-           void(CL_CALLBACK* notify)(cl_program, void*), void* data),
-          program, count, devices, options, notify, data)
+          (cl_program program,
+           cl_uint count,
+           const cl_device_id* devices,
+           const char* options,
+           void(CL_CALLBACK* notify)(cl_program, void*),
+           void* data),
+          program,
+          count,
+          devices,
+          options,
+          notify,
+          data)
 WITH_CODE(clGetProgramInfo,
           (cl_program program, cl_program_info what, size_t bytes, void* value, size_t* needed),
-          program, what, bytes, value, needed)
-WITH_CODE(clGetProgramBuildInfo,
-          (cl_program program, cl_device_id device, cl_program_build_info what, size_t bytes, void* value, size_t* needed),
-          program, device, what, bytes, value, needed)
-WITH_CODE(clSetKernelArg, (cl_kernel kernel, cl_uint index, size_t bytes, const void* value), kernel, index, bytes, value)
-WITH_CODE(clGetKernelWorkGroupInfo,
-          (cl_kernel kernel, cl_device_id device, cl_kernel_work_group_info what, size_t bytes, void* value, size_t* needed),
-          kernel, device, what, bytes, value, needed)
+          program,
+          what,
+          bytes,
+          value,
+          needed)
+WITH_CODE(
+    clGetProgramBuildInfo,
+    (cl_program program, cl_device_id device, cl_program_build_info what, size_t bytes, void* value, size_t* needed),
+    program,
+    device,
+    what,
+    bytes,
+    value,
+    needed)
+WITH_CODE(
+    clSetKernelArg, (cl_kernel kernel, cl_uint index, size_t bytes, const void* value), kernel, index, bytes, value)
+WITH_CODE(
+    clGetKernelWorkGroupInfo,
+    (cl_kernel kernel, cl_device_id device, cl_kernel_work_group_info what, size_t bytes, void* value, size_t* needed),
+    kernel,
+    device,
+    what,
+    bytes,
+    value,
+    needed)
 WITH_CODE(clGetEventProfilingInfo,
           (cl_event event, cl_profiling_info what, size_t bytes, void* value, size_t* needed),
-          event, what, bytes, value, needed)
+          event,
+          what,
+          bytes,
+          value,
+          needed)
 WITH_CODE(clFinish, (cl_command_queue queue), queue)
 
 CHANGES(clRetainDevice, cl_device_id, "device", 1)
@@ -111,22 +159,26 @@ CHANGES(clReleaseKernel, cl_kernel, "kernel", -1)
 CHANGES(clReleaseMemObject, cl_mem, "buffer", -1)
 CHANGES(clReleaseEvent, cl_event, "event", -1)
 
-cl_context clCreateContext(const cl_context_properties* properties, cl_uint count, const cl_device_id* devices,
-                           void(CL_CALLBACK* notify)(const char*, const void*, size_t, void*), void* data, cl_int* error)
+cl_context clCreateContext(const cl_context_properties* properties,
+                           cl_uint count,
+                           const cl_device_id* devices,
+                           void(CL_CALLBACK* notify)(const char*, const void*, size_t, void*),
+                           void* data,
+                           cl_int* error)
 {
   FAIL_WITH_NULL(clCreateContext, cl_context);
   return created("context", REAL(clCreateContext)(properties, count, devices, notify, data, error));
 }
 
-cl_command_queue clCreateCommandQueue(cl_context context, cl_device_id device, cl_command_queue_properties properties,
-                                      cl_int* error)
+cl_command_queue
+clCreateCommandQueue(cl_context context, cl_device_id device, cl_command_queue_properties properties, cl_int* error)
 {
   FAIL_WITH_NULL(clCreateCommandQueue, cl_command_queue);
   return created("queue", REAL(clCreateCommandQueue)(context, device, properties, error));
 }
 
-cl_program clCreateProgramWithSource(cl_context context, cl_uint count, const char** texts, const size_t* lengths,
-                                     cl_int* error)
+cl_program
+clCreateProgramWithSource(cl_context context, cl_uint count, const char** texts, const size_t* lengths, cl_int* error)
 {
   FAIL_WITH_NULL(clCreateProgramWithSource, cl_program);
   return created("program", REAL(clCreateProgramWithSource)(context, count, texts, lengths, error));
@@ -144,46 +196,72 @@ cl_mem clCreateBuffer(cl_context context, cl_mem_flags flags, size_t bytes, void
   return created("buffer", REAL(clCreateBuffer)(context, flags, bytes, host, error));
 }
 
-void* clEnqueueMapBuffer(cl_command_queue queue, cl_mem buffer, cl_bool waits, cl_map_flags flags, size_t offset,
-                         size_t bytes, cl_uint count, const cl_event* before, cl_event* event, cl_int* error)
+void* clEnqueueMapBuffer(cl_command_queue queue,
+                         cl_mem buffer,
+                         cl_bool waits,
+                         cl_map_flags flags,
+                         size_t offset,
+                         size_t bytes,
+                         cl_uint count,
+                         const cl_event* before,
+                         cl_event* event,
+                         cl_int* error)
 {
   FAIL_WITH_NULL(clEnqueueMapBuffer, void*);
-  void* memory =
-      REAL(clEnqueueMapBuffer)(queue, buffer, waits, flags, offset, bytes, count, before, event, error);
+  void* memory = REAL(clEnqueueMapBuffer)(queue, buffer, waits, flags, offset, bytes, count, before, event, error);
   if (memory && event)
     faults::countLive("event", 1);
   return memory;
 }
 
-cl_int clEnqueueUnmapMemObject(cl_command_queue queue, cl_mem buffer, void* memory, cl_uint count,
-                               const cl_event* before, cl_event* event)
+cl_int clEnqueueUnmapMemObject(
+    cl_command_queue queue, cl_mem buffer, void* memory, cl_uint count, const cl_event* before, cl_event* event)
 {
   FAIL_WITH_CODE(clEnqueueUnmapMemObject);
   return withEvent(event, REAL(clEnqueueUnmapMemObject)(queue, buffer, memory, count, before, event));
 }
 
-cl_int clEnqueueReadBuffer(cl_command_queue queue, cl_mem buffer, cl_bool waits, size_t offset, size_t bytes, void* to,
-                           cl_uint count, const cl_event* before, cl_event* event)
+cl_int clEnqueueReadBuffer(cl_command_queue queue,
+                           cl_mem buffer,
+                           cl_bool waits,
+                           size_t offset,
+                           size_t bytes,
+                           void* to,
+                           cl_uint count,
+                           const cl_event* before,
+                           cl_event* event)
 {
   FAIL_WITH_CODE(clEnqueueReadBuffer);
   return withEvent(event, REAL(clEnqueueReadBuffer)(queue, buffer, waits, offset, bytes, to, count, before, event));
 }
 
-cl_int clEnqueueWriteBuffer(cl_command_queue queue, cl_mem buffer, cl_bool waits, size_t offset, size_t bytes,
-                            const void* from, cl_uint count, const cl_event* before, cl_event* event)
+cl_int clEnqueueWriteBuffer(cl_command_queue queue,
+                            cl_mem buffer,
+                            cl_bool waits,
+                            size_t offset,
+                            size_t bytes,
+                            const void* from,
+                            cl_uint count,
+                            const cl_event* before,
+                            cl_event* event)
 {
   FAIL_WITH_CODE(clEnqueueWriteBuffer);
   return withEvent(event, REAL(clEnqueueWriteBuffer)(queue, buffer, waits, offset, bytes, from, count, before, event));
 }
 
-cl_int clEnqueueNDRangeKernel(cl_command_queue queue, cl_kernel kernel, cl_uint dimensions, const size_t* offset,
-                              const size_t* global, const size_t* local, cl_uint count, const cl_event* before,
+cl_int clEnqueueNDRangeKernel(cl_command_queue queue,
+                              cl_kernel kernel,
+                              cl_uint dimensions,
+                              const size_t* offset,
+                              const size_t* global,
+                              const size_t* local,
+                              cl_uint count,
+                              const cl_event* before,
                               cl_event* event)
 {
   FAIL_WITH_CODE(clEnqueueNDRangeKernel);
   return withEvent(
-      event,
-      REAL(clEnqueueNDRangeKernel)(queue, kernel, dimensions, offset, global, local, count, before, event));
+      event, REAL(clEnqueueNDRangeKernel)(queue, kernel, dimensions, offset, global, local, count, before, event));
 }
 
 } // extern "C"

@@ -1,5 +1,5 @@
-// Put in front of a command by LD_PRELOAD: PCL_GPU_ICP_FAULT is FUNCTION:CALL:CODE, and PCL_GPU_ICP_FAULT_REPORT the file
-// that gets the number of calls of each function and of each kind of object that is left when the process ends.
+// Put in front of a command by LD_PRELOAD: PCL_GPU_ICP_FAULT is FUNCTION:CALL:CODE, and PCL_GPU_ICP_FAULT_REPORT the
+// file that gets the number of calls of each function and of each kind of object that is left when the process ends.
 #include "faults.h"
 
 #include <cstdio>

@@ -57,13 +57,14 @@ Function* real(Function* /*its own*/, const char* name)
 
 } // namespace
 
-#define REAL(name) (*[] { static const auto function = real(&name, #name); return function; }())
+#define REAL(name)                                                                                                     \
+  (*[] {                                                                                                               \
+    static const auto function = real(&name, #name);                                                                   \
+    return function;                                                                                                   \
+  }())
 #define CALLER __builtin_return_address(0)
 #define MAY_FAIL(name, parameters, ...)                                                                                \
-  int name parameters                                                                                                  \
-  {                                                                                                                    \
-    return systemFailsNow(#name, CALLER) ? -1 : REAL(name)(__VA_ARGS__);                                               \
-  }
+  int name parameters { return systemFailsNow(#name, CALLER) ? -1 : REAL(name)(__VA_ARGS__); }
 
 extern "C" {
 
@@ -74,7 +75,13 @@ MAY_FAIL(flock, (int file, int how) noexcept, file, how)
 MAY_FAIL(mkstemp, (char* name), name)
 MAY_FAIL(mkdir, (const char* name, mode_t mode) noexcept, name, mode)
 MAY_FAIL(rename, (const char* from, const char* to) noexcept, from, to)
-MAY_FAIL(renameat2, (int from_at, const char* from, int to_at, const char* to, unsigned flags) noexcept, from_at, from, to_at, to, flags)
+MAY_FAIL(renameat2,
+         (int from_at, const char* from, int to_at, const char* to, unsigned flags) noexcept,
+         from_at,
+         from,
+         to_at,
+         to,
+         flags)
 
 /// As Linux: the file is closed all the same.
 int close(int file)
