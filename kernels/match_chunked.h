@@ -141,19 +141,20 @@ search_uncertain(const Source* source, uint i, const Tree* tree, const Effort* e
   search_tree(&search, tree);
   found->nearest_sq = select(found->nearest_sq, search.distances_sq[0], searched);
   found->nearest = select(found->nearest, search.positions[0], searched);
+  // Of what is so far that its square is infinite nothing is known.
+  const float16 bound_sq = min(search.bound_sq, MAXFLOAT);
   const float16 rows[5] = {search.queries.x,
                            search.queries.y,
                            search.queries.z,
-                           sqrt(min(search.distances_sq[1], search.bound_sq)),
-                           sqrt(search.bound_sq)};
+                           sqrt(min(search.distances_sq[1], bound_sq)),
+                           sqrt(bound_sq)};
   for (uint r = 0; r < 5; ++r) {
     global float* row = source->searched_at + i + r * source->stride;
-    vstore16(effort->tested == 0 ? rows[r] : select(vload16(0, row), rows[r], searched), 0, row);
+    vstore16(select(vload16(0, row), rows[r], searched), 0, row);
   }
   for (uint k = 0; k < KEPT_CANDIDATES; ++k) {
     global int* row = source->candidates + i + k * source->stride;
-    const int16 found_k = search.positions[k];
-    vstore16(effort->tested == 0 ? found_k : select(vload16(0, row), found_k, searched), 0, row);
+    vstore16(select(vload16(0, row), search.positions[k], searched), 0, row);
   }
 }
 

@@ -125,8 +125,10 @@ static inline float search_match(
   source->searched_at[i] = query.x;
   source->searched_at[i + source->stride] = query.y;
   source->searched_at[i + 2 * source->stride] = query.z;
-  source->searched_at[i + 3 * source->stride] = sqrt(min(search.distances_sq[1], search.bound_sq));
-  source->searched_at[i + 4 * source->stride] = sqrt(search.bound_sq);
+  // Of what is so far that its square is infinite nothing is known.
+  const float bound_sq = min(search.bound_sq, MAXFLOAT);
+  source->searched_at[i + 3 * source->stride] = sqrt(min(search.distances_sq[1], bound_sq));
+  source->searched_at[i + 4 * source->stride] = sqrt(bound_sq);
   for (uint k = 0; k < KEPT_CANDIDATES; ++k)
     source->candidates[i + k * source->stride] = search.positions[k];
   *match = search.positions[0];

@@ -45,6 +45,7 @@ public:
 
 private:
   explicit Context(const Device& device);
+  void build(const cl::Program& program, const std::string& file, const std::string& options) const;
 
   Device device_;
   cl::Context context_;

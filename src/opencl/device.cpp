@@ -88,7 +88,7 @@ std::vector<cl::Platform> platforms()
     cl::Platform::get(&found);
   } catch (const cl::Error& error) {
     if (error.err() != platform_not_found_khr)
-      throw DeviceError({error.err(), error.what(), "", ""}, install_advice);
+      throw DeviceError({error.err(), error.what(), "", ""}, "");
   }
   if (found.empty())
     throw DeviceError({platform_not_found_khr, "clGetPlatformIDs", "", ""}, install_advice);
@@ -185,8 +185,10 @@ std::vector<Device> Device::list()
         throw DeviceError({error.err(), error.what(), "", ""}, "");
     }
     for (unsigned d = 0; d < found.size(); ++d) {
-      const DeviceInfo info = opencl::translated("", "", [&] { return describe(all_platforms[p], p, found[d], d); });
-      devices.push_back(Device(std::make_shared<opencl::DeviceHandle>(opencl::DeviceHandle{info, found[d]})));
+      devices.push_back(opencl::translated("", "", [&] {
+        const DeviceInfo info = describe(all_platforms[p], p, found[d], d);
+        return Device(std::make_shared<opencl::DeviceHandle>(opencl::DeviceHandle{info, found[d]}));
+      }));
     }
   }
   return devices;
