@@ -2,6 +2,7 @@
 #ifndef PCL_GPU_ICP_MATCH_H
 #define PCL_GPU_ICP_MATCH_H
 
+#include "block.h"
 #include "real.h"
 
 // More than the rounding of distances, reaches and their sums.
@@ -10,7 +11,8 @@
 // What is known of the source points: each of `rows` rows has `stride` entries, the first n of them in use.
 typedef struct {
   global const float* points; // 3 rows: x, y, z about the source's pivot
-  global float* searched_at; // 5 rows: x, y, z where it was searched for, the reach of the nearest and that of all kept
+  // 5 rows: x, y, z where it was searched for, the reach of the nearest and that of all kept; 0: it was not
+  global float* searched_at;
   global int* candidates;    // KEPT_CANDIDATES rows: positions in the leaves, nearest first; -1: none
   global int* matches;       // 1 row: the position matched; -1: none
   uint stride;

@@ -141,19 +141,20 @@ search_uncertain(const Source* source, uint i, const Tree* tree, const Effort* e
   search_tree(&search, tree);
   found->nearest_sq = select(found->nearest_sq, search.distances_sq[0], searched);
   found->nearest = select(found->nearest, search.positions[0], searched);
+  // Of what is so far that its square is infinite nothing is known.
+  const float16 bound_sq = min(search.bound_sq, MAXFLOAT);
   const float16 rows[5] = {search.queries.x,
                            search.queries.y,
                            search.queries.z,
-                           sqrt(min(search.distances_sq[1], search.bound_sq)),
-                           sqrt(search.bound_sq)};
+                           sqrt(min(search.distances_sq[1], bound_sq)),
+                           sqrt(bound_sq)};
   for (uint r = 0; r < 5; ++r) {
     global float* row = source->searched_at + i + r * source->stride;
-    vstore16(effort->tested == 0 ? rows[r] : select(vload16(0, row), rows[r], searched), 0, row);
+    vstore16(select(vload16(0, row), rows[r], searched), 0, row);
   }
   for (uint k = 0; k < KEPT_CANDIDATES; ++k) {
     global int* row = source->candidates + i + k * source->stride;
-    const int16 found_k = search.positions[k];
-    vstore16(effort->tested == 0 ? found_k : select(vload16(0, row), found_k, searched), 0, row);
+    vstore16(select(vload16(0, row), search.positions[k], searched), 0, row);
   }
 }
 
@@ -163,7 +164,7 @@ static inline uint accumulate_block(const Source* source,
                                     global const float* restrict leaves,
                                     global real* restrict partials)
 {
-  const uint begin = get_global_id(0) * POINTS_PER_MATCH_BLOCK;
+  const uint begin = get_block() * POINTS_PER_MATCH_BLOCK;
   const uint end = min(begin + POINTS_PER_MATCH_BLOCK, source->n);
   real_lanes sums[SUMS_PER_BLOCK];
   for (int s = 0; s < SUMS_PER_BLOCK; ++s)
@@ -178,14 +179,14 @@ static inline uint accumulate_block(const Source* source,
     add_pairs(sums, p, q, squared_distance(p, q), matched);
   }
   for (int s = 0; s < SUMS_PER_BLOCK; ++s)
-    partials[get_global_id(0) * SUMS_PER_BLOCK + s] = sum_lanes(sums[s]);
+    partials[get_block() * SUMS_PER_BLOCK + s] = sum_lanes(sums[s]);
   return count;
 }
 
 // Returns how many points had to be searched for.
 static inline uint match_block(const Source* source, float16 pose, const Tree* tree, const Effort* effort)
 {
-  const uint begin = get_global_id(0) * POINTS_PER_MATCH_BLOCK;
+  const uint begin = get_block() * POINTS_PER_MATCH_BLOCK;
   const uint end = min(begin + POINTS_PER_MATCH_BLOCK, source->n);
   uint searched = 0;
   for (uint i = begin; i < end; i += 16) {
@@ -207,7 +208,7 @@ static inline void certify_block(const Source* source,
                                  global float4* queries,
                                  global uint* restrict queried)
 {
-  const uint begin = get_global_id(0) * POINTS_PER_MATCH_BLOCK;
+  const uint begin = get_block() * POINTS_PER_MATCH_BLOCK;
   const uint end = min(begin + POINTS_PER_MATCH_BLOCK, source->n);
   float4 waiting[POINTS_PER_MATCH_BLOCK];
   uint waiting_points[POINTS_PER_MATCH_BLOCK];

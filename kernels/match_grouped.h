@@ -5,9 +5,6 @@
 
 #pragma OPENCL FP_CONTRACT ON
 
-// A work-group's block. Not get_group_id: a launch may be one of several passes over the blocks.
-static inline uint get_block(void) { return get_global_id(0) / WORK_GROUP_SIZE; }
-
 // pose: 12 of 16 floats, rows of [R | t], from the source's frame to the target's
 static inline float3 moved(const Source* source, uint i, float16 pose)
 {
@@ -128,8 +125,10 @@ static inline float search_match(
   source->searched_at[i] = query.x;
   source->searched_at[i + source->stride] = query.y;
   source->searched_at[i + 2 * source->stride] = query.z;
-  source->searched_at[i + 3 * source->stride] = sqrt(min(search.distances_sq[1], search.bound_sq));
-  source->searched_at[i + 4 * source->stride] = sqrt(search.bound_sq);
+  // Of what is so far that its square is infinite nothing is known.
+  const float bound_sq = min(search.bound_sq, MAXFLOAT);
+  source->searched_at[i + 3 * source->stride] = sqrt(min(search.distances_sq[1], bound_sq));
+  source->searched_at[i + 4 * source->stride] = sqrt(bound_sq);
   for (uint k = 0; k < KEPT_CANDIDATES; ++k)
     source->candidates[i + k * source->stride] = search.positions[k];
   *match = search.positions[0];

@@ -28,11 +28,15 @@ namespace pcl_gpu_icp {
 /// point-to-plane on the device.
 ///
 /// Where it differs from pcl::IterativeClosestPoint 1.12-1.15, it is to keep PCL's documented behaviour:
-/// - non-finite points never take part, whatever is_dense says;
+/// - non-finite points, and those beyond largest_coordinate, never take part, whatever is_dense says;
 /// - setIndices() is honoured: only those source points are matched, and the output holds just them;
 /// - the source is transformed from the original by the accumulated transform, so rounding does not drift;
 /// - the convergence criteria start afresh in every align();
-/// - an align() that cannot start leaves hasConverged() false and the final transformation at the identity.
+/// - an align() that cannot start leaves hasConverged() false and the final transformation at the identity;
+/// - the default threshold of the mean squared distance, 1e-12 in PCL whatever the unit, is (1e-5 s)^2, where s is the
+///   target's surfaceSpacing(); setAbsoluteMSE() sets it as in PCL;
+/// - a guess that is not isRigid() is an error, unless the caller's own estimator, which may scale, makes the
+/// increments.
 ///
 /// Errors: what ends an alignment is reported through PCL_ERROR; hasConverged() is false, the final transformation is
 /// the guess, and getResult() has the cause. align() does not throw.
@@ -117,18 +121,21 @@ private:
   using NearestTargetTree = search::NearestKdTree<PointTarget>;
   using PlaneEstimation = TransformationEstimationPointToPlaneLLS<PointSource, PointTarget, Scalar>;
 
-  /// PCL's criteria, told the mean squared distance instead of adding it up from a list of correspondences, and without
-  /// the last alignment's. The step from one pose to the next is a function of the pose as float32 holds it, so a
-  /// mean squared distance that was there before, to the bit, comes again and again: that counts as no change.
+  /// PCL's criteria, told the mean squared distance instead of adding it up from a list of correspondences, without the
+  /// last alignment's, and with a default for the absolute threshold that follows from the spacing. The step from one
+  /// pose to the next is a function of the pose as float32 holds it, so a mean squared distance that was there before,
+  /// to the bit, comes again and again: that counts as no change or, where more than last digits changes on the way, as
+  /// the iteration limit.
   class ConvergenceCriteria : public pcl::registration::DefaultConvergenceCriteria<Scalar> {
   public:
-    using pcl::registration::DefaultConvergenceCriteria<Scalar>::DefaultConvergenceCriteria;
-    void startAfresh();
+    ConvergenceCriteria(const int& iterations, const Matrix4& increment, const pcl::Correspondences& correspondences);
+    void startAfresh(double spacing);
     void setMeanSquaredDistance(double value) { mean_squared_distance_ = value; }
     bool hasConverged() override;
 
   private:
     double mean_squared_distance_ = 0;
+    double threshold_ = 0;               ///< the absolute one of this alignment
     std::unordered_set<double> earlier_; ///< mean squared distances of this alignment
   };
 
@@ -145,6 +152,7 @@ private:
   void prepareMatchingByCaller();
   void prepareMetric();
   void prepareEstimator();
+  RigidTransform startOf(const Matrix4& guess) const;
   void prepareCriteria();
   void prepareRejectors();
   void matchOnDevice(const RigidTransform& pose);
@@ -152,12 +160,15 @@ private:
   void queryCallersSearch();
   void queryCallersCorrespondenceEstimation();
   void rejectCorrespondences();
+  double truncatedMean(std::size_t matched, double mean_square) const;
+  std::array<double, 3> anchor() const;
   Matrix4 matrixOf(const RigidTransform& pose) const;
   void report(const RigidTransform& pose);
   void listCorrespondences(const std::vector<Correspondence>& correspondences);
   bool matcherHoldsTheClouds() const;
   pcl::Indices finiteIndices() const;
   bool usesDefaultSearch() const;
+  bool estimatesRigidly() const { return estimatesOnDevice() || planes_; }
   bool estimatesOnDevice() const { return this->transformation_estimation_ == default_transformation_estimation_; }
   const Device& device();
   Points takingPart() const { return search::pointsOf(*this->input_, finite_indices_.get()); }
@@ -195,7 +206,7 @@ private:
   bool with_output_ = true;                     ///< somebody looks at the last one's, and at the aligned cloud
   bool increment_from_matching_ = false;        ///< the matching pass estimates it
   const PlaneEstimation* planes_ = nullptr;     ///< the caller's estimator, where it is point-to-plane on the device
-  pcl::IndicesPtr finite_indices_;              ///< source points that take part,
+  pcl::IndicesPtr finite_indices_;              ///< source points that take part: finite and not too far,
   std::uint64_t matched_source_ = 0;            ///< and their fingerprint while matcher_ holds them
   typename PointCloudSource::Ptr moved_source_; ///< the source at the current pose; null when nobody looks at it
   RigidTransform matched_pose_;                 ///< where the source was matched last
@@ -205,6 +216,9 @@ private:
   double mean_squared_residual_ = 0;            ///< of these, of what the increment makes small,
   Estimate increment_;                          ///< from these, when increment_from_matching_,
   std::vector<Correspondence> matches_;         ///< and their list, when lists_correspondences_
+  std::size_t found_ = 0;                       ///< correspondences of this iteration before rejection,
+  double mean_squared_found_ = 0;               ///< the mean squared distance of these,
+  std::vector<Correspondence> unrejected_;      ///< and their list, where the caller's search and rejectors made them
   AlignmentResult result_;
 };
 

@@ -33,8 +33,15 @@ struct Lever {
   double length = 0;
 };
 
-/// The centroid of the points, which are finite, and their root mean square distance from it.
+/// The centroid of the points that take part, and their root mean square distance from it; a few far from all others do
+/// not count.
 PCL_GPU_ICP_API Lever leverOf(const Points& points);
+
+/// How far apart neighbours are, about, on a surface of so many points with that root mean square radius.
+PCL_GPU_ICP_API double surfaceSpacing(double radius, std::size_t points);
+
+/// The same of the points that take part.
+PCL_GPU_ICP_API double surfaceSpacing(const Points& points);
 
 /// Iterative closest point (Besl and McKay 1992): match, estimate, move, until finished.
 /// \param acceleration of the source: each pose is then an extrapolation of the last steps (Anderson acceleration),

@@ -63,7 +63,8 @@ public:
   /// Forgets what is known of the source before.
   void setSource(const Points& source);
 
-  /// Matches each finite source point at `pose` with the nearest target point that is at most so far.
+  /// Matches each source point that takes part, at `pose`, with the nearest target point that is at most so far.
+  /// \throws InvalidArgument when the limit is negative or not a number
   Matches match(const RigidTransform& pose, float max_squared_distance);
 
   /// Mean squared distance of the last matches with the source at another pose; 0 when there are none.

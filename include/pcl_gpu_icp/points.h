@@ -1,9 +1,22 @@
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <vector>
 
 namespace pcl_gpu_icp {
+
+/// Points with a coordinate beyond it take no part: up to it float32 holds the squares of the distances between a
+/// source and a target.
+constexpr float largest_coordinate = 1e18F;
+
+/// Whether the coordinates are finite and none is beyond largest_coordinate.
+inline bool takesPart(const float* xyz)
+{
+  return std::abs(xyz[0]) <= largest_coordinate && std::abs(xyz[1]) <= largest_coordinate &&
+         std::abs(xyz[2]) <= largest_coordinate;
+}
 
 /// A view of `count` points, each starting with float x, y, z: point i is at `data + i * stride` bytes, or, with an
 /// index, at `data + index[i] * stride` where successive entries of the index are `index_stride` bytes apart (so that
@@ -30,6 +43,12 @@ struct PlacedPoint {
   float xyz[3];
   std::int32_t position;
 };
+
+/// A view of placed points.
+inline Points viewOf(const std::vector<PlacedPoint>& points)
+{
+  return {points.data(), points.size(), sizeof(PlacedPoint)};
+}
 
 /// Source point `source` is matched with target point `target`, `squared_distance` apart.
 /// The layout is that of pcl::Correspondence.

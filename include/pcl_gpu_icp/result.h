@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstddef>
+#include <exception>
 #include <map>
 #include <string>
 #include <vector>
@@ -95,18 +96,24 @@ using StageTimes = std::map<std::string, StageTime>;
 struct AlignmentResult {
   bool converged = false;
   Reason reason = Reason::NotRun;
-  std::string message; ///< the cause, when reason is Error
+  std::string message;      ///< the cause, when reason is Error,
+  std::exception_ptr error; ///< and the exception; null where there was none
   int iterations = 0;
   std::vector<std::size_t> searched; ///< of each iteration, source points whose match had to be searched for
   std::size_t inliers = 0;           ///< correspondences of the last iteration, after rejection
   double rmse_before = 0; ///< root mean square distance of the first iteration's correspondences at the guess
   double rmse = 0;        ///< the same of the last iteration's correspondences at the final transformation
+  /// Root mean square, over all source points that took part, of the distance to the nearest target point; a point
+  /// without one within the maximum correspondence distance counts as at that distance (without a maximum as nothing).
+  /// Before rejection, so that it is of the same points at the guess and
+  double truncated_rmse_before = 0;
+  double truncated_rmse = 0; ///< at the final transformation: where this is less, the alignment improved
   Degeneracy degeneracy = Degeneracy::None;
   int free_motions = 0;           ///< how many motions Degeneracy::Sliding stands for
   std::size_t source_points = 0;  ///< source points that took part
-  std::size_t source_dropped = 0; ///< source points that are not finite
+  std::size_t source_dropped = 0; ///< source points that are not finite or beyond largest_coordinate
   std::size_t target_points = 0;  ///< distinct target points that took part; coincident ones count once
-  std::size_t target_dropped = 0; ///< target points that are not finite or repeat another
+  std::size_t target_dropped = 0; ///< target points that are not finite, beyond largest_coordinate or repeat another
 
   DeviceInfo device;
   Pipeline pipeline = Pipeline::Fused;

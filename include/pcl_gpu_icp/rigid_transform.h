@@ -23,8 +23,18 @@ struct RigidTransform {
 /// first, then second: x -> second(first(x)).
 PCL_GPU_ICP_API RigidTransform compose(const RigidTransform& second, const RigidTransform& first);
 
-/// Also of a transform that scales, as a caller's guess or estimator may.
+/// Also of a transform that scales, as a caller's estimator may.
 PCL_GPU_ICP_API RigidTransform inverse(const RigidTransform& transform);
+
+/// How far R R^T of a guess may be from the identity, entry by entry.
+constexpr double rigid_tolerance = 1e-3;
+
+/// Whether all is finite and R is a rotation but for rigid_tolerance: neither scaled nor mirrored.
+PCL_GPU_ICP_API bool isRigid(const RigidTransform& transform);
+
+/// The rotation nearest to a transform that isRigid(), to double's last digits, with the translation that leaves
+/// `anchor` where it was mapped to.
+PCL_GPU_ICP_API RigidTransform nearestRigid(const RigidTransform& transform, const std::array<double, 3>& anchor);
 
 /// The same motion written about another origin: maps x - from to y - to where `transform` maps x to y.
 PCL_GPU_ICP_API RigidTransform recentred(const RigidTransform& transform,

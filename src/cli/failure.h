@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <exception>
 #include <stdexcept>
 #include <string>
 
@@ -63,5 +64,8 @@ private:
 
   ExitCode code_;
 };
+
+/// How the command ends that throws `error`.
+Failure failureOf(const std::exception_ptr& error);
 
 } // namespace pcl_gpu_icp::cli

@@ -3,6 +3,10 @@
 #include "cli/cloud_file.h"
 #include "cli/input_file.h"
 
+#include <pcl_gpu_icp/icp_loop.h>
+#include <pcl_gpu_icp/points.h>
+#include <pcl_gpu_icp/search/points_of.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -107,11 +111,17 @@ PreparedCloud prepare(const Cloud& cloud, const std::string& path, const Alignme
       return false;
     });
   }
+  counts.too_large = removeWhere(points, [origin = result.origin](const Point& point) {
+    const float about[3] = {static_cast<float>(point[0] - origin[0]),
+                            static_cast<float>(point[1] - origin[1]),
+                            static_cast<float>(point[2] - origin[2])};
+    return !takesPart(about);
+  });
   if (points.empty())
     throw inputFailure(path,
                        "has no usable points: of " + std::to_string(counts.in_file) + ", " +
-                           std::to_string(counts.non_finite) + " are not finite and " +
-                           std::to_string(counts.zero_returns) + " are zero returns");
+                           std::to_string(counts.non_finite) + " are not finite, " + std::to_string(counts.too_large) +
+                           " are beyond 1e18 and " + std::to_string(counts.zero_returns) + " are zero returns");
   if (options.leaf) {
     const std::size_t before = points.size();
     points = voxelCentroids(points, *options.leaf, path);
@@ -119,10 +129,6 @@ PreparedCloud prepare(const Cloud& cloud, const std::string& path, const Alignme
   }
   counts.used = points.size();
 
-  result.centroid = centroid(points, result.origin);
-  for (const Point& point : points)
-    for (int axis = 0; axis < 3; ++axis)
-      result.extent = std::max(result.extent, std::abs(point[axis] - result.centroid[axis]));
   result.points = pcl::make_shared<pcl::PointCloud<pcl::PointXYZ>>();
   result.points->reserve(points.size());
   const auto& origin = result.origin;
@@ -130,6 +136,10 @@ PreparedCloud prepare(const Cloud& cloud, const std::string& path, const Alignme
     result.points->emplace_back(static_cast<float>(point[0] - origin[0]),
                                 static_cast<float>(point[1] - origin[1]),
                                 static_cast<float>(point[2] - origin[2]));
+  const Lever lever = leverOf(search::pointsOf(*result.points));
+  for (int axis = 0; axis < 3; ++axis)
+    result.centroid[axis] = origin[axis] + lever.centre[axis];
+  result.extent = 2 * lever.length;
   return result;
 }
 

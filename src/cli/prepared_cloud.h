@@ -18,8 +18,8 @@ namespace pcl_gpu_icp::cli {
 struct PreparedCloud {
   pcl::PointCloud<pcl::PointXYZ>::Ptr points;
   std::array<double, 3> origin{};   ///< zero for a file whose coordinates are float
-  std::array<double, 3> centroid{}; ///< in the coordinates of the file
-  double extent = 0;                ///< largest coordinate about the centroid
+  std::array<double, 3> centroid{}; ///< in the coordinates of the file, but for points far from all others
+  double extent = 0;                ///< twice the root mean square distance from it
   report::PointCounts counts;
 };
 

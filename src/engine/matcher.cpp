@@ -4,6 +4,7 @@
 #include "motion.h"
 #include "plane_increment.h"
 #include "search/box_tree.h"
+#include "search/bulk.h"
 #include "solution.h"
 #include "stages/launch.h"
 #include "stages/match.h"
@@ -11,9 +12,11 @@
 #include <pcl_gpu_icp/error.h>
 #include <pcl_gpu_icp/parallel_for.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <string>
 
 namespace pcl_gpu_icp {
 
@@ -23,14 +26,12 @@ static_assert(search::Neighbourhood::most == KEPT_CANDIDATES, "what the host fin
 
 float nextUp(float x) { return std::nextafter(x, std::numeric_limits<float>::infinity()); }
 
-/// Half a unit in the last place of the largest coordinate of points about a pivot.
+/// Half a unit in the last place of the largest coordinate of points about a pivot, but for points far from all others.
 float roundingOf(const std::vector<PlacedPoint>& points, const std::array<double, 3>& pivot)
 {
-  double largest = 0;
-  for (const PlacedPoint& point : points)
-    for (int axis = 0; axis < 3; ++axis)
-      largest = std::max(largest, std::abs(pivot[axis] + point.xyz[axis]));
-  return static_cast<float>(largest * std::numeric_limits<float>::epsilon() / 2);
+  const auto largest = search::Bulk(viewOf(points)).largest(viewOf(points), pivot);
+  return static_cast<float>(*std::max_element(largest.begin(), largest.end()) * std::numeric_limits<float>::epsilon() /
+                            2);
 }
 
 double squaredDistance(const std::array<double, 3>& a, const float* b)
@@ -83,7 +84,8 @@ struct Matcher::Implementation {
   stages::SearchEffort effortFor(const RigidTransform& pose, float max_squared_distance)
   {
     stages::SearchEffort effort;
-    effort.limit_sq = nextUp(max_squared_distance);
+    // A subnormal limit is 0 to some devices.
+    effort.limit_sq = std::max(nextUp(max_squared_distance), std::numeric_limits<float>::min());
     const double step = motion.stepTo(pose);
     const float spacing = target->spacing;
     if (target->index)
@@ -108,8 +110,10 @@ struct Matcher::Implementation {
             target->index->neighbourhood(queries[j].xyz, queries[j].radius_sq, effort.slack, effort.kept);
         for (std::size_t k = 0; k < KEPT_CANDIDATES; ++k)
           positions[j + k * count] = neighbours.rows[k];
-        reaches[j] = std::sqrt(std::min(neighbours.squared_distances[1], neighbours.bound_sq));
-        reaches[j + count] = std::sqrt(neighbours.bound_sq);
+        // Beyond what can be told from infinite nothing is known.
+        const float bound_sq = std::min(neighbours.bound_sq, std::numeric_limits<float>::max());
+        reaches[j] = std::sqrt(std::min(neighbours.squared_distances[1], bound_sq));
+        reaches[j + count] = std::sqrt(bound_sq);
       }
     });
   }
@@ -282,6 +286,9 @@ void Matcher::setSource(const Points& source)
 
 Matches Matcher::match(const RigidTransform& pose, float max_squared_distance)
 {
+  if (!(max_squared_distance >= 0))
+    throw InvalidArgument("a squared distance within which to match is at least 0, not " +
+                          std::to_string(max_squared_distance));
   Implementation& self = *implementation_;
   const DevicePose device_pose = self.onDevice(pose);
   const RigidTransform& pivoted = device_pose.pivoted();

@@ -1,5 +1,6 @@
 #include "plane_increment.h"
 
+#include "search/bulk.h"
 #include "solution.h"
 
 #include <algorithm>
@@ -33,13 +34,11 @@ void PlaneIncrement::setNormals(opencl::Queue& queue,
   };
   std::vector<std::array<float, 3>> in_order;
   in_order.reserve(target.size());
-  std::array<double, 3> largest{};
   for (const PlacedPoint& point : target) {
     const float* normal = normalAt(point.position);
     in_order.push_back({normal[0], normal[1], normal[2]});
-    for (int axis = 0; axis < 3; ++axis)
-      largest[axis] = std::max(largest[axis], std::abs(pivot[axis] + point.xyz[axis]));
   }
+  const auto largest = search::Bulk(viewOf(target)).largest(viewOf(target), pivot);
   for (int axis = 0; axis < 3; ++axis)
     rounding_[axis] = largest[axis] * std::numeric_limits<float>::epsilon() / 2;
   stages::packNormals(queue, in_order, normals_);
@@ -48,14 +47,13 @@ void PlaneIncrement::setNormals(opencl::Queue& queue,
 void PlaneIncrement::setSource(const std::vector<PlacedPoint>& source)
 {
   source_points_ = source.size();
-  lever_ = leverOf({source.data(), source.size(), sizeof(PlacedPoint)});
+  lever_ = leverOf(viewOf(source));
 }
 
 double PlaneIncrement::rowNoise(const PlaneProblem& problem) const
 {
-  // A normal is no better than the points it comes of: their rounding along it, seen from a neighbour. A surface of
-  // n points whose root mean square radius is L has them some 2.5 L / sqrt(n) apart.
-  const double spacing = 2.5 * problem.length / std::sqrt(static_cast<double>(source_points_));
+  // A normal is no better than the points it comes of: their rounding along it, seen from a neighbour.
+  const double spacing = surfaceSpacing(problem.length, source_points_);
   // The places of sum n n^T's diagonal in the upper triangle of six.
   const double squares[3] = {problem.sums[15], problem.sums[18], problem.sums[20]};
   const double weight = squares[0] + squares[1] + squares[2];

@@ -8,21 +8,6 @@ namespace pcl_gpu_icp {
 
 namespace {
 
-/// One step of Newton's iteration for the nearest rotation (Higham 1986): from float32's orthonormality to double's.
-std::array<double, 9> orthonormal(const std::array<double, 9>& r)
-{
-  std::array<double, 9> result{};
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) {
-      double correction = 0;
-      for (int k = 0; k < 3; ++k)
-        for (int l = 0; l < 3; ++l)
-          correction += r[3 * i + k] * r[3 * l + k] * r[3 * l + j];
-      result[3 * i + j] = 1.5 * r[3 * i + j] - 0.5 * correction;
-    }
-  return result;
-}
-
 template <std::size_t n>
 bool allFinite(const std::array<double, n>& values)
 {
@@ -68,13 +53,12 @@ void requireFinite(const std::array<double, PLANE_SUMS>& sums, Precision precisi
 
 RigidTransform absoluteTransform(const StageValues& values)
 {
-  RigidTransform transform;
-  transform.rotation = orthonormal(values.R);
   std::array<double, 3> p{}, q{};
   for (int i = 0; i < 3; ++i) {
     p[i] = values.source_centroid[i] + values.source_pivot[i];
     q[i] = values.target_centroid[i] + values.target_pivot[i];
   }
+  RigidTransform transform = nearestRigid({values.R, {}}, {});
   const auto rotated = transform(p[0], p[1], p[2]);
   for (int i = 0; i < 3; ++i)
     transform.translation[i] = q[i] - rotated[i];
@@ -96,9 +80,13 @@ void DevicePose::completeIncrement(Estimate& estimate) const
   estimate.stages.source_pivot = estimate.stages.target_pivot = target_pivot_;
   if (estimate.pairs == 0)
     return;
-  // The device moved the source by the pose as float holds it; the increment is to the pose itself.
+  // The device moved the source by the pose as float holds it, which is a rotation to float's digits; the increment is
+  // to the pose itself, and a rotation to double's. The pairs' centroid stays where it is.
   const RigidTransform moved_by = recentred(pivoted_, negated(source_pivot_), negated(target_pivot_));
-  estimate.transform = compose(absoluteTransform(estimate.stages), compose(moved_by, inverse(pose_)));
+  const auto centroid = estimate.sourceCentroid();
+  const auto original = inverse(moved_by)(centroid[0], centroid[1], centroid[2]);
+  estimate.transform = nearestRigid(compose(absoluteTransform(estimate.stages), compose(moved_by, inverse(pose_))),
+                                    pose_(original[0], original[1], original[2]));
 }
 
 } // namespace pcl_gpu_icp

@@ -13,6 +13,7 @@ namespace pcl_gpu_icp::report {
 struct PointCounts {
   std::size_t in_file = 0;
   std::size_t non_finite = 0;   ///< a coordinate is NaN, infinite or beyond float
+  std::size_t too_large = 0;    ///< a coordinate is beyond largest_coordinate
   std::size_t zero_returns = 0; ///< exactly at (0, 0, 0), dropped on request
   std::size_t downsampled = 0;  ///< merged with others by the voxel grid
   std::size_t coincident = 0;   ///< target only: repeat another point
@@ -27,8 +28,11 @@ struct AlignmentReport {
   AlignmentResult result;
   RigidTransform transform; ///< source to target, in the coordinates of the files
   std::optional<double> fitness_score;
-  double resolution = 0;    ///< a change of the RMSE that float coordinates cannot show
-  StageTimes command_times; ///< what the command did around the alignment, and "total"
+  int iteration_limit = 0;
+  std::optional<double> max_distance;     ///< between matched points
+  std::optional<double> nearest_distance; ///< where the pairs are too few: the least of a source point from the target
+  double resolution = 0;                  ///< a change of the RMSE that float coordinates cannot show
+  StageTimes command_times;               ///< what the command did around the alignment, and "total"
 };
 
 std::string toText(const AlignmentReport& report);

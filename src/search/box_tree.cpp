@@ -1,5 +1,7 @@
 #include "box_tree.h"
 
+#include "bulk.h"
+
 #include <pcl_gpu_icp/parallel_for.h>
 
 #include <algorithm>
@@ -68,20 +70,18 @@ void split(PlacedPoint* first, PlacedPoint* last, std::size_t subtree, unsigned 
 
 std::array<double, 3> pivotOf(const Points& points)
 {
-  constexpr std::size_t samples_at_most = 64;
-  std::array<std::vector<float>, 3> samples;
-  for (std::size_t i = 0; i < points.count; i += points.count / samples_at_most + 1)
-    for (int axis = 0; axis < 3; ++axis)
-      if (std::isfinite(points[i][axis]))
-        samples[axis].push_back(points[i][axis]);
+  const auto samples = samplesOf(points);
+  const Bulk bulk(samples);
   std::array<double, 3> pivot{};
   for (int axis = 0; axis < 3; ++axis) {
-    auto& values = samples[axis];
-    if (values.empty())
-      continue;
-    std::sort(values.begin(), values.end());
-    const double extent = double(values.back()) - values.front(), median = values[values.size() / 2];
-    if (std::abs(median) > 2 * extent)
+    const double median = bulk.median()[axis];
+    double low = median, high = median;
+    for (const float* sample : samples)
+      if (bulk.holds(sample)) {
+        low = std::min<double>(low, sample[axis]);
+        high = std::max<double>(high, sample[axis]);
+      }
+    if (std::abs(median) > 2 * (high - low))
       pivot[axis] = median;
   }
   return pivot;
@@ -90,18 +90,19 @@ std::array<double, 3> pivotOf(const Points& points)
 std::vector<PlacedPoint> finitePoints(const Points& points, const std::array<double, 3>& pivot, unsigned threads)
 {
   const float x = static_cast<float>(pivot[0]), y = static_cast<float>(pivot[1]), z = static_cast<float>(pivot[2]);
+  constexpr float not_a_number = std::numeric_limits<float>::quiet_NaN();
   std::vector<PlacedPoint> placed(points.count);
   parallelFor(points.count, points_at_a_time, threads, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const float* p = points[i];
       // -0 and 0 are one coordinate.
       placed[i] = {{p[0] - x + 0.0F, p[1] - y + 0.0F, p[2] - z + 0.0F}, static_cast<std::int32_t>(points.position(i))};
+      if (!takesPart(p))
+        placed[i].xyz[0] = not_a_number;
     }
   });
-  const auto is_stray = [](const PlacedPoint& p) {
-    return !std::isfinite(p.xyz[0]) || !std::isfinite(p.xyz[1]) || !std::isfinite(p.xyz[2]);
-  };
-  placed.erase(std::remove_if(placed.begin(), placed.end(), is_stray), placed.end());
+  const auto is_left_out = [](const PlacedPoint& p) { return std::isnan(p.xyz[0]); };
+  placed.erase(std::remove_if(placed.begin(), placed.end(), is_left_out), placed.end());
   return placed;
 }
 

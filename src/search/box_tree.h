@@ -12,10 +12,10 @@ namespace pcl_gpu_icp::search {
 
 /// Where a cloud's coordinates are kept about, so that float32 keeps its digits far from the origin: the median of a
 /// few points on an axis on which the cloud is farther from 0 than its own extent, where subtracting it is exact
-/// (Sterbenz 1974), and 0 on the others.
+/// (Sterbenz 1974), and 0 on the others. A few points far from all others do not count.
 std::array<double, 3> pivotOf(const Points& points);
 
-/// The finite points, less `pivot` (float32 values).
+/// The points that take part, less `pivot` (float32 values).
 std::vector<PlacedPoint> finitePoints(const Points& points, const std::array<double, 3>& pivot, unsigned threads);
 
 /// Of the bits of three coordinates.

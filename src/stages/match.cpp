@@ -84,6 +84,17 @@ void Match::launch(opencl::Queue& queue,
                arguments...);
 }
 
+void Match::writeIgnorance(opencl::Queue& queue, const SourcePoints& source)
+{
+  const std::size_t stride = source.stride;
+  queue.upload(searched_at_, 5 * stride * sizeof(cl_float), [&](void* memory) {
+    std::fill_n(static_cast<cl_float*>(memory), 5 * stride, 0.0F);
+  });
+  queue.upload(candidates_, KEPT_CANDIDATES * stride * sizeof(cl_int), [&](void* memory) {
+    std::fill_n(static_cast<cl_int*>(memory), KEPT_CANDIDATES * stride, -1);
+  });
+}
+
 void Match::reserveSums(opencl::Queue& queue, const SourcePoints& source, std::size_t real_bytes)
 {
   queue.reserve(partials_, std::size_t(blocksOf(source)) * SUMS_PER_BLOCK * real_bytes);
@@ -98,6 +109,8 @@ void Match::searchOnDevice(opencl::Queue& queue,
                            std::size_t real_bytes)
 {
   reserveSums(queue, source, real_bytes);
+  if (tested_ == 0)
+    writeIgnorance(queue, source);
   launch(queue,
          "match",
          source,
@@ -123,6 +136,7 @@ std::size_t Match::searchOnHost(opencl::Queue& queue,
                                 const HostSearch& search)
 {
   if (tested_ == 0) {
+    writeIgnorance(queue, source);
     queue.reserve(queries_, (1 + std::size_t(source.stride)) * sizeof(Query));
     queue.reserve(queried_, source.stride * sizeof(cl_uint));
     queue.upload(queries_, sizeof(Query), [](void* memory) { *static_cast<cl_uint*>(memory) = 0; });

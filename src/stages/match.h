@@ -93,6 +93,8 @@ private:
               const SourcePoints& source,
               const RigidTransform& pose,
               const Arguments&... arguments);
+  /// That nothing is known of any source point, also of those that are not searched for at first.
+  void writeIgnorance(opencl::Queue& queue, const SourcePoints& source);
   void reserveSums(opencl::Queue& queue, const SourcePoints& source, std::size_t real_bytes);
 
   opencl::Buffer searched_at_{"matching memory"};

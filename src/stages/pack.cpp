@@ -1,6 +1,7 @@
 #include "pack.h"
 
 #include "kernels/layout.h"
+#include "search/bulk.h"
 
 #include <pcl_gpu_icp/parallel_for.h>
 
@@ -15,7 +16,6 @@ namespace pcl_gpu_icp::stages {
 
 namespace {
 
-constexpr std::size_t samples_at_most = 63;
 constexpr std::size_t points_at_a_time = 8192; ///< for a host thread
 constexpr std::size_t points_in_cache = 256;   ///< written, then looked at again
 
@@ -24,23 +24,6 @@ bool finite(float x)
   std::uint32_t bits;
   std::memcpy(&bits, &x, sizeof(bits));
   return (bits & 0x7F800000) != 0x7F800000;
-}
-
-bool finite(const float* p) { return finite(p[0]) && finite(p[1]) && finite(p[2]); }
-
-/// Finite points spread over the cloud.
-std::vector<const float*> samplesOf(const Points& points)
-{
-  std::vector<const float*> samples;
-  const auto sample = [&](std::size_t step) {
-    for (std::size_t i = 0; i < points.count && samples.size() < samples_at_most; i += step)
-      if (finite(points[i]))
-        samples.push_back(points[i]);
-  };
-  sample(points.count / samples_at_most + 1);
-  if (samples.empty())
-    sample(1);
-  return samples;
 }
 
 /// Writes points [first, first + n), less the pivot, to three rows. Exact to float32's rounding: the pivot is itself a
@@ -93,21 +76,14 @@ std::size_t compact(float* rows, std::size_t stride, std::size_t n)
 
 Placement placementOf(const Points& points)
 {
+  const auto samples = search::samplesOf(points);
+  const search::Bulk bulk(samples);
   Placement placement;
-  const auto samples = samplesOf(points);
-  if (samples.empty())
-    return placement;
+  placement.pivot = bulk.median();
   float largest = 0;
-  for (int axis = 0; axis < 3; ++axis) {
-    std::vector<float> coordinates;
-    for (const float* sample : samples) {
-      coordinates.push_back(sample[axis]);
-      largest = std::max(largest, std::abs(sample[axis]));
-    }
-    const auto middle = coordinates.begin() + coordinates.size() / 2;
-    std::nth_element(coordinates.begin(), middle, coordinates.end());
-    placement.pivot[axis] = *middle;
-  }
+  for (const float* sample : samples)
+    if (bulk.holds(sample))
+      largest = std::max({largest, std::abs(sample[0]), std::abs(sample[1]), std::abs(sample[2])});
   placement.rounding = largest * std::numeric_limits<float>::epsilon() / 2;
   return placement;
 }

@@ -13,8 +13,8 @@ using Pivot = std::array<double, 3>;
 /// Where a cloud lies. What is kept on the device is about the pivot, so that float32 keeps its digits far from the
 /// origin.
 struct Placement {
-  Pivot pivot{};      ///< the median of each coordinate over a few of the finite points
-  float rounding = 0; ///< half a unit in the last place of their largest coordinate
+  Pivot pivot{};      ///< the median of each coordinate over a few of the points that take part
+  float rounding = 0; ///< half a unit in the last place of their largest coordinate, but for points far from all others
 };
 Placement placementOf(const Points& points);
 

@@ -41,6 +41,50 @@ TEST(RigidTransform, RecentredIsTheSameMotionAboutOtherOrigins)
 }
 
 // R and t rounded apart are off by R's rounding times the distance from the origin.
+TEST(RigidTransform, IsRigidUnlessScaledMirroredOrNotFinite)
+{
+  const RigidTransform rigid = transformOf(motion({1, 2, 3}, 2, {4, 5, 6}));
+  EXPECT_TRUE(isRigid(rigid));
+  const auto changed = [&](auto change) {
+    RigidTransform transform = rigid;
+    change(transform);
+    return isRigid(transform);
+  };
+  EXPECT_TRUE(changed([](RigidTransform& t) { t.rotation[0] += 4e-4; }));
+  EXPECT_FALSE(changed([](RigidTransform& t) { t.rotation[0] += 4e-3; }));
+  EXPECT_FALSE(changed([](RigidTransform& t) {
+    for (double& entry : t.rotation)
+      entry *= 1.001;
+  }));
+  EXPECT_FALSE(changed([](RigidTransform& t) {
+    for (double& entry : t.rotation)
+      entry = -entry;
+  }));
+  EXPECT_FALSE(changed([](RigidTransform& t) { t.rotation[4] = std::nan(""); }));
+  EXPECT_FALSE(changed([](RigidTransform& t) { t.translation[2] = HUGE_VAL; }));
+}
+
+TEST(RigidTransform, TheNearestRotationIsOneToTheLastDigitsAndKeepsTheAnchor)
+{
+  for (const double off : {0.0, 1e-7, 1e-4, 4e-4}) {
+    RigidTransform transform = transformOf(motion({1, 2, 3}, 2, {4, 5, 6}));
+    transform.rotation[1] += off;
+    transform.rotation[5] -= off;
+    const RigidTransform nearest = nearestRigid(transform, {7, 8, 9});
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j) {
+        double product = i == j ? -1 : 0;
+        for (int k = 0; k < 3; ++k)
+          product += nearest.rotation[3 * i + k] * nearest.rotation[3 * j + k];
+        EXPECT_NEAR(product, 0, 5e-16);
+        EXPECT_NEAR(nearest.rotation[3 * i + j], transform.rotation[3 * i + j], off + 1e-15);
+      }
+    for (int axis = 0; axis < 3; ++axis)
+      EXPECT_NEAR(nearest(7, 8, 9)[axis], transform(7, 8, 9)[axis], 1e-14);
+  }
+  EXPECT_EQ(nearestRigid({}, {7, 8, 9}).rotation, RigidTransform().rotation);
+}
+
 TEST(RigidTransform, RoundedStillMapsItsAnchorWhereItShould)
 {
   for (const double distance : {0.0, 1e2, 1e4, 5e5}) {

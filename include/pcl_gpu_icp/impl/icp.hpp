@@ -142,7 +142,7 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::computeTransformat
     const Stopwatch total(result_.host_times, "total");
     prepare(guess);
     const auto acceleration = accelerated_ ? std::optional(leverOf(takingPart())) : std::nullopt;
-    report(iterate(*this, detail::toRigidTransform<Scalar>(guess), acceleration));
+    report(iterate(*this, startOf(guess), acceleration));
   } catch (const Cancelled& cancelled) {
     this->converged_ = false;
     this->final_transformation_ = guess;
@@ -154,6 +154,7 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::computeTransformat
     this->final_transformation_ = guess;
     result_.reason = Reason::Error;
     result_.message = error.what();
+    result_.error = std::current_exception();
   }
   result_.converged = this->converged_;
   result_.iterations = this->nr_iterations_;
@@ -219,13 +220,18 @@ bool IterativeClosestPoint<PointSource, PointTarget, Scalar>::finished(const Rig
 }
 
 template <typename PointSource, typename PointTarget, typename Scalar>
+std::array<double, 3> IterativeClosestPoint<PointSource, PointTarget, Scalar>::anchor() const
+{
+  return increment_from_matching_ ? matcher_->sourcePivot()
+         : estimatesOnDevice()    ? estimator_->sourcePivot()
+                                  : std::array<double, 3>{};
+}
+
+template <typename PointSource, typename PointTarget, typename Scalar>
 typename IterativeClosestPoint<PointSource, PointTarget, Scalar>::Matrix4
 IterativeClosestPoint<PointSource, PointTarget, Scalar>::matrixOf(const RigidTransform& pose) const
 {
-  const auto anchor = increment_from_matching_ ? matcher_->sourcePivot()
-                      : estimatesOnDevice()    ? estimator_->sourcePivot()
-                                               : std::array<double, 3>{};
-  return detail::toMatrix<Scalar>(rounded<Scalar>(pose, anchor));
+  return detail::toMatrix<Scalar>(rounded<Scalar>(estimatesRigidly() ? nearestRigid(pose, anchor()) : pose, anchor()));
 }
 
 template <typename PointSource, typename PointTarget, typename Scalar>
@@ -241,14 +247,16 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::report(const Rigid
   result_.reason = detail::reasonOf(this->convergence_criteria_->getConvergenceState());
   result_.inliers = matched_;
   result_.requests = stageRequests(matched_);
-  if (increment_from_matching_) {
-    result_.rmse = std::sqrt(matcher_->meanSquaredDistance(pose));
-    if (with_output_)
-      listCorrespondences(matcher_->correspondences(matched_pose_));
-  }
-  else
-    result_.rmse = std::sqrt(
-        meanSquaredDistance(matches_, search::pointsOf(*this->input_), search::pointsOf(*this->target_), pose));
+  const auto mean_square_of = [&](const std::vector<Correspondence>& pairs) {
+    return meanSquaredDistance(pairs, search::pointsOf(*this->input_), search::pointsOf(*this->target_), pose);
+  };
+  const bool rejected = !this->correspondence_rejectors_.empty();
+  mean_squared_found_ =
+      matches_on_device_ ? matcher_->meanSquaredDistance(pose) : mean_square_of(rejected ? unrejected_ : matches_);
+  result_.truncated_rmse = std::sqrt(truncatedMean(found_, mean_squared_found_));
+  result_.rmse = std::sqrt(increment_from_matching_ ? mean_squared_found_ : mean_square_of(matches_));
+  if (increment_from_matching_ && with_output_)
+    listCorrespondences(matcher_->correspondences(matched_pose_));
   if (matches_on_device_) {
     result_.device_times = matcher_->takeTimes();
     result_.device_bytes = matcher_->deviceBytes();
@@ -308,7 +316,7 @@ bool IterativeClosestPoint<PointSource, PointTarget, Scalar>::matcherHoldsTheClo
 template <typename PointSource, typename PointTarget, typename Scalar>
 double IterativeClosestPoint<PointSource, PointTarget, Scalar>::getFitnessScore(double max_range)
 {
-  if (!this->input_ || !this->target_)
+  if (!this->input_ || !this->target_ || !(max_range >= 0))
     return std::numeric_limits<double>::max();
   if (matcherHoldsTheClouds()) {
     const RigidTransform pose = detail::toRigidTransform<Scalar>(this->final_transformation_);
@@ -325,7 +333,7 @@ double IterativeClosestPoint<PointSource, PointTarget, Scalar>::getFitnessScore(
     PointTarget query;
     for (std::size_t i = begin; i < end; ++i) {
       const PointSource& point = (*this->input_)[every_point ? i : (*this->indices_)[i]];
-      if (!pcl::isXYZFinite(point))
+      if (!takesPart(&point.x))
         continue;
       const auto x = pose(point.x, point.y, point.z);
       pcl::copyPoint(point, query);

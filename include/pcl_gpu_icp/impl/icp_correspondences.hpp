@@ -44,8 +44,11 @@ bool IterativeClosestPoint<PointSource, PointTarget, Scalar>::match(const RigidT
     else
       queryCallersCorrespondenceEstimation();
   }
-  if (!matches_on_device_)
+  if (!matches_on_device_) {
     searched_ += finite_indices_->size();
+    found_ = this->correspondences_->size();
+    mean_squared_found_ = detail::meanSquare(*this->correspondences_);
+  }
   if (lists_correspondences_) {
     rejectCorrespondences();
     matched_ = matches_.size();
@@ -55,8 +58,10 @@ bool IterativeClosestPoint<PointSource, PointTarget, Scalar>::match(const RigidT
   }
   if (auto* own = dynamic_cast<ConvergenceCriteria*>(this->convergence_criteria_.get()))
     own->setMeanSquaredDistance(mean_squared_distance_);
-  if (this->nr_iterations_ == 0)
+  if (this->nr_iterations_ == 0) {
     result_.rmse_before = std::sqrt(mean_squared_distance_);
+    result_.truncated_rmse_before = std::sqrt(truncatedMean(found_, mean_squared_found_));
+  }
 
   return matched_ >= static_cast<std::size_t>(this->min_number_correspondences_);
 }
@@ -66,10 +71,20 @@ double IterativeClosestPoint<PointSource, PointTarget, Scalar>::error() const
 {
   if (this->use_reciprocal_correspondence_ || !this->correspondence_rejectors_.empty())
     return mean_squared_residual_;
+  return truncatedMean(matched_, mean_squared_residual_);
+}
+
+template <typename PointSource, typename PointTarget, typename Scalar>
+double IterativeClosestPoint<PointSource, PointTarget, Scalar>::truncatedMean(std::size_t matched,
+                                                                              double mean_square) const
+{
   // A point without a match counts as one at the limit, so that losing matches does not look like progress.
-  const auto unmatched = static_cast<double>(finite_indices_->size() - matched_);
-  const double limit_sq = this->corr_dist_threshold_ * this->corr_dist_threshold_;
-  return mean_squared_residual_ * static_cast<double>(matched_) + (unmatched > 0 ? unmatched * limit_sq : 0);
+  const std::size_t all = finite_indices_->size();
+  const double limit_sq = detail::squaredLimit(this->corr_dist_threshold_);
+  if (matched >= all || std::isinf(limit_sq))
+    return mean_square;
+  const double share = static_cast<double>(matched) / static_cast<double>(all);
+  return share * mean_square + (1 - share) * limit_sq;
 }
 
 template <typename PointSource, typename PointTarget, typename Scalar>
@@ -80,6 +95,8 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::matchOnDevice(cons
   increment_ = found.increment;
   matched_ = increment_.pairs;
   mean_squared_distance_ = found.mean_squared_distance;
+  found_ = matched_;
+  mean_squared_found_ = mean_squared_distance_;
   mean_squared_residual_ = found.mean_squared_residual;
   if (!lists_correspondences_)
     return;
@@ -115,7 +132,7 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::listCorrespondence
 template <typename PointSource, typename PointTarget, typename Scalar>
 void IterativeClosestPoint<PointSource, PointTarget, Scalar>::queryCallersSearch()
 {
-  const double limit = this->corr_dist_threshold_ * this->corr_dist_threshold_;
+  const float limit = detail::squaredLimit(this->corr_dist_threshold_);
   pcl::Correspondences nearest(finite_indices_->size());
   parallelFor(nearest.size(), search::queries_at_a_time, result_.threads, [&](std::size_t begin, std::size_t end) {
     pcl::Indices index(1);
@@ -160,6 +177,13 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::rejectCorresponden
     source_blob.reset(new pcl::PCLPointCloud2);
     pcl::toPCLPointCloud2(*moved_source_, *source_blob);
   }
+  const auto list = [this](std::vector<Correspondence>& into) {
+    into.clear();
+    for (const pcl::Correspondence& c : *this->correspondences_)
+      into.push_back({c.index_query, c.index_match, c.distance});
+  };
+  if (!matches_on_device_ && !this->correspondence_rejectors_.empty())
+    list(unrejected_);
   for (const auto& rejector : this->correspondence_rejectors_) {
     if (rejector->requiresSourcePoints())
       rejector->setSourcePoints(source_blob);
@@ -170,9 +194,7 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::rejectCorresponden
   }
   if (matches_on_device_ && this->correspondence_rejectors_.empty())
     return;
-  matches_.clear();
-  for (const pcl::Correspondence& c : *this->correspondences_)
-    matches_.push_back({c.index_query, c.index_match, c.distance});
+  list(matches_);
 }
 
 } // namespace pcl_gpu_icp

@@ -1,7 +1,9 @@
 #pragma once
 
 // What IterativeClosestPoint does once, before its first iteration.
+#include <pcl_gpu_icp/error.h>
 #include <pcl_gpu_icp/icp.h>
+#include <pcl_gpu_icp/impl/matrix.hpp>
 #include <pcl_gpu_icp/stopwatch.h>
 
 #include <pcl/common/point_tests.h>
@@ -23,8 +25,16 @@ inline float floatAtMost(double value)
   return rounded > value ? std::nextafter(rounded, -std::numeric_limits<float>::infinity()) : rounded;
 }
 
-/// `distance` squared: what a squared float distance is compared with.
-inline float squaredLimit(double distance) { return floatAtMost(distance * distance); }
+/// `distance` squared: what a squared float distance is compared with. As PCL's comparison takes them, its sign does
+/// not matter, and NaN is no limit.
+inline float squaredLimit(double distance)
+{
+  return std::isnan(distance) ? std::numeric_limits<float>::infinity() : floatAtMost(distance * distance);
+}
+
+/// PCL's default but for its last bit, so that a caller's own 1e-12 is told from it.
+constexpr double default_absolute_mse = 1e-12 - 2e-28;
+static_assert(default_absolute_mse < 1e-12);
 
 } // namespace detail
 
@@ -39,6 +49,11 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::prepare(const Matr
   result_.pipeline = pipeline_;
   result_.search = search_;
   result_.threads = getNumberOfThreads();
+
+  planes_ = dynamic_cast<const PlaneEstimation*>(this->transformation_estimation_.get());
+  if (estimatesRigidly() && !detail::isRigid<Scalar>(guess))
+    throw InvalidArgument("the guess is not a rigid transform: three rows of a rotation (orthonormal to 0.001, "
+                          "determinant +1) and a translation, then 0 0 0 1");
 
   finite_indices_.reset(new pcl::Indices(finiteIndices()));
   result_.source_points = finite_indices_->size();
@@ -55,7 +70,7 @@ pcl::Indices IterativeClosestPoint<PointSource, PointTarget, Scalar>::finiteIndi
 {
   pcl::Indices finite;
   const auto add = [&](pcl::index_t index) {
-    if (pcl::isXYZFinite((*this->input_)[index]))
+    if (takesPart(&(*this->input_)[index].x))
       finite.push_back(index);
   };
   if (!this->indices_ || this->fake_indices_)
@@ -90,7 +105,6 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::prepareMatching()
   if (search_ == CorrespondenceSearch::DeviceKdTree && !matches_on_device_)
     throw InvalidArgument("setCorrespondenceSearch(DeviceKdTree) excludes a search method, a correspondence estimation "
                           "or a point representation of the caller's");
-  planes_ = dynamic_cast<const PlaneEstimation*>(this->transformation_estimation_.get());
   result_.metric = planes_ ? Metric::Plane : Metric::Point;
   const bool plain = matches_on_device_ && !this->use_reciprocal_correspondence_ && (estimatesOnDevice() || planes_) &&
                      this->correspondence_rejectors_.empty() && pipeline_ == Pipeline::Fused;
@@ -236,8 +250,26 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::prepareEstimator()
 }
 
 template <typename PointSource, typename PointTarget, typename Scalar>
-void IterativeClosestPoint<PointSource, PointTarget, Scalar>::ConvergenceCriteria::startAfresh()
+RigidTransform IterativeClosestPoint<PointSource, PointTarget, Scalar>::startOf(const Matrix4& guess) const
 {
+  const RigidTransform start = detail::toRigidTransform<Scalar>(guess);
+  return estimatesRigidly() ? nearestRigid(start, anchor()) : start;
+}
+
+template <typename PointSource, typename PointTarget, typename Scalar>
+IterativeClosestPoint<PointSource, PointTarget, Scalar>::ConvergenceCriteria::ConvergenceCriteria(
+    const int& iterations, const Matrix4& increment, const pcl::Correspondences& correspondences)
+: pcl::registration::DefaultConvergenceCriteria<Scalar>(iterations, increment, correspondences)
+{
+  this->mse_threshold_absolute_ = detail::default_absolute_mse;
+}
+
+template <typename PointSource, typename PointTarget, typename Scalar>
+void IterativeClosestPoint<PointSource, PointTarget, Scalar>::ConvergenceCriteria::startAfresh(double spacing)
+{
+  threshold_ = this->mse_threshold_absolute_;
+  if (threshold_ == detail::default_absolute_mse)
+    threshold_ = 1e-10 * spacing * spacing;
   this->correspondences_prev_mse_ = this->correspondences_cur_mse_ = std::numeric_limits<double>::max();
   this->iterations_similar_transforms_ = 0;
   earlier_.clear();
@@ -249,7 +281,12 @@ bool IterativeClosestPoint<PointSource, PointTarget, Scalar>::ConvergenceCriteri
 {
   // The order of the tests is that of pcl::registration::DefaultConvergenceCriteria.
   this->convergence_state_ = ConvergenceCriteria::CONVERGENCE_CRITERIA_NOT_CONVERGED;
-  if (this->iterations_ >= this->max_iterations_) {
+  const double previous = this->correspondences_prev_mse_;
+  const double step = std::abs(mean_squared_distance_ - previous);
+  const bool recurs = !earlier_.insert(mean_squared_distance_).second;
+  constexpr double last_digits = 1e-5; // far above float's own
+  const bool circles = recurs && step > threshold_ && step > last_digits * previous;
+  if (circles || this->iterations_ >= this->max_iterations_) {
     this->convergence_state_ = this->failure_after_max_iter_
                                    ? ConvergenceCriteria::CONVERGENCE_CRITERIA_FAILURE_AFTER_MAX_ITERATIONS
                                    : ConvergenceCriteria::CONVERGENCE_CRITERIA_ITERATIONS;
@@ -260,15 +297,13 @@ bool IterativeClosestPoint<PointSource, PointTarget, Scalar>::ConvergenceCriteri
   const double rotation_cosine = 0.5 * (increment(0, 0) + increment(1, 1) + increment(2, 2) - 1);
   const double translation_sq =
       increment(0, 3) * increment(0, 3) + increment(1, 3) * increment(1, 3) + increment(2, 3) * increment(2, 3);
-  const double previous = this->correspondences_prev_mse_;
-  const bool recurs = !earlier_.insert(mean_squared_distance_).second;
-  const double change = recurs ? 0 : std::abs(mean_squared_distance_ - previous);
+  const double change = recurs ? 0 : step;
   this->correspondences_cur_mse_ = mean_squared_distance_;
 
   auto reached = ConvergenceCriteria::CONVERGENCE_CRITERIA_NOT_CONVERGED;
   if (rotation_cosine >= this->rotation_threshold_ && translation_sq <= this->translation_threshold_)
     reached = ConvergenceCriteria::CONVERGENCE_CRITERIA_TRANSFORM;
-  else if (change < this->mse_threshold_absolute_)
+  else if (change < threshold_)
     reached = ConvergenceCriteria::CONVERGENCE_CRITERIA_ABS_MSE;
   else if (change / previous < this->mse_threshold_relative_)
     reached = ConvergenceCriteria::CONVERGENCE_CRITERIA_REL_MSE;
@@ -289,7 +324,7 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::prepareCriteria()
 {
   auto& criteria = *this->convergence_criteria_;
   if (auto* own = dynamic_cast<ConvergenceCriteria*>(&criteria))
-    own->startAfresh();
+    own->startAfresh(surfaceSpacing(search::pointsOf(*this->target_)));
   criteria.setMaximumIterations(this->max_iterations_);
   criteria.setRelativeMSE(this->euclidean_fitness_epsilon_);
   criteria.setTranslationThreshold(this->transformation_epsilon_);

@@ -4,6 +4,8 @@
 
 #include <Eigen/Core>
 
+#include <cmath>
+
 namespace pcl_gpu_icp::detail {
 
 template <typename Scalar>
@@ -16,6 +18,17 @@ RigidTransform toRigidTransform(const Eigen::Matrix<Scalar, 4, 4>& matrix)
     transform.translation[i] = matrix(i, 3);
   }
   return transform;
+}
+
+/// Whether the last row is 0 0 0 1, but for what a product of transforms may make of it, and the rest isRigid().
+template <typename Scalar>
+bool isRigid(const Eigen::Matrix<Scalar, 4, 4>& matrix)
+{
+  constexpr double tolerance = 1e-6;
+  bool is_affine = true;
+  for (int column = 0; column < 4; ++column)
+    is_affine = is_affine && std::abs(matrix(3, column) - (column == 3 ? 1 : 0)) <= tolerance;
+  return is_affine && pcl_gpu_icp::isRigid(toRigidTransform<Scalar>(matrix));
 }
 
 template <typename Scalar>
