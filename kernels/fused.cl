@@ -1,5 +1,6 @@
 // All five stages in two kernels: one pass over the pairs for all sums, then centroids, H, its SVD, R and t.
 // H = sum p q^T - n mu_p mu_q^T; coordinates are about pivots near the centroids, so little cancels.
+#include "block.h"
 #include "solve.h"
 
 #pragma OPENCL FP_CONTRACT ON
@@ -9,7 +10,7 @@
 // One work-item per block: pairs as in gather.cl, `partials` SUMS_PER_BLOCK values per block.
 kernel void fused_sums(global const float* restrict pairs, uint stride, uint n, global real* restrict partials)
 {
-  const uint block = get_global_id(0);
+  const uint block = get_block();
   const uint begin = block * POINTS_PER_BLOCK;
   const uint end = min(begin + POINTS_PER_BLOCK, stride);
   real_lanes p_x = 0, p_y = 0, p_z = 0, q_x = 0, q_y = 0, q_z = 0;
@@ -63,8 +64,7 @@ kernel void fused_sums(global const float* restrict pairs, uint stride, uint n, 
 {
   local real scratch[WORK_GROUP_SIZE];
   const uint lane = get_local_id(0);
-  // Not get_group_id: a launch may be one of several passes over the blocks.
-  const uint block = get_global_id(0) / WORK_GROUP_SIZE;
+  const uint block = get_block();
   real sums[SUMS_PER_BLOCK] = {0};
   for (uint step = 0; step < POINTS_PER_BLOCK; step += WORK_GROUP_SIZE) {
     const uint i = block * POINTS_PER_BLOCK + step + lane;

@@ -46,7 +46,7 @@ kernel void match(SOURCE_ARGUMENTS,
   const uint searched = match_block(&source, pose, &tree, &effort);
 #ifdef CHUNKED
   const uint matched = accumulate_block(&source, pose, leaves, partials);
-  tallies[get_global_id(0)] = (uint2)(matched, searched);
+  tallies[get_block()] = (uint2)(matched, searched);
 #else
   local real sums[WORK_GROUP_SIZE];
   local uint tally[2];
@@ -115,7 +115,7 @@ kernel void accumulate(SOURCE_ARGUMENTS,
 {
   const Source source = SOURCE;
 #ifdef CHUNKED
-  tallies[get_global_id(0)] = (uint2)(accumulate_block(&source, pose, leaves, partials), 0);
+  tallies[get_block()] = (uint2)(accumulate_block(&source, pose, leaves, partials), 0);
 #else
   local real sums[WORK_GROUP_SIZE];
   local uint tally[2];

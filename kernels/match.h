@@ -2,6 +2,7 @@
 #ifndef PCL_GPU_ICP_MATCH_H
 #define PCL_GPU_ICP_MATCH_H
 
+#include "block.h"
 #include "real.h"
 
 // More than the rounding of distances, reaches and their sums.

@@ -164,7 +164,7 @@ static inline uint accumulate_block(const Source* source,
                                     global const float* restrict leaves,
                                     global real* restrict partials)
 {
-  const uint begin = get_global_id(0) * POINTS_PER_MATCH_BLOCK;
+  const uint begin = get_block() * POINTS_PER_MATCH_BLOCK;
   const uint end = min(begin + POINTS_PER_MATCH_BLOCK, source->n);
   real_lanes sums[SUMS_PER_BLOCK];
   for (int s = 0; s < SUMS_PER_BLOCK; ++s)
@@ -179,14 +179,14 @@ static inline uint accumulate_block(const Source* source,
     add_pairs(sums, p, q, squared_distance(p, q), matched);
   }
   for (int s = 0; s < SUMS_PER_BLOCK; ++s)
-    partials[get_global_id(0) * SUMS_PER_BLOCK + s] = sum_lanes(sums[s]);
+    partials[get_block() * SUMS_PER_BLOCK + s] = sum_lanes(sums[s]);
   return count;
 }
 
 // Returns how many points had to be searched for.
 static inline uint match_block(const Source* source, float16 pose, const Tree* tree, const Effort* effort)
 {
-  const uint begin = get_global_id(0) * POINTS_PER_MATCH_BLOCK;
+  const uint begin = get_block() * POINTS_PER_MATCH_BLOCK;
   const uint end = min(begin + POINTS_PER_MATCH_BLOCK, source->n);
   uint searched = 0;
   for (uint i = begin; i < end; i += 16) {
@@ -208,7 +208,7 @@ static inline void certify_block(const Source* source,
                                  global float4* queries,
                                  global uint* restrict queried)
 {
-  const uint begin = get_global_id(0) * POINTS_PER_MATCH_BLOCK;
+  const uint begin = get_block() * POINTS_PER_MATCH_BLOCK;
   const uint end = min(begin + POINTS_PER_MATCH_BLOCK, source->n);
   float4 waiting[POINTS_PER_MATCH_BLOCK];
   uint waiting_points[POINTS_PER_MATCH_BLOCK];

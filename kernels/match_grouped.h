@@ -5,9 +5,6 @@
 
 #pragma OPENCL FP_CONTRACT ON
 
-// A work-group's block. Not get_group_id: a launch may be one of several passes over the blocks.
-static inline uint get_block(void) { return get_global_id(0) / WORK_GROUP_SIZE; }
-
 // pose: 12 of 16 floats, rows of [R | t], from the source's frame to the target's
 static inline float3 moved(const Source* source, uint i, float16 pose)
 {

@@ -1,5 +1,6 @@
 // The k nearest points of a tree for every query, nearest first.
 #define KEPT_MOST NEAREST_MOST
+#include "block.h"
 #include "tree.h"
 
 // queries: rows x, y, z of `stride` floats, the first n of them queries, close ones next to each other
@@ -19,7 +20,7 @@ kernel void nearest(global const float* restrict queries,
 {
   const Tree tree = tree_of(leaves, nodes, first_node, root_level);
 #ifdef CHUNKED
-  const uint begin = get_global_id(0) * POINTS_PER_MATCH_BLOCK;
+  const uint begin = get_block() * POINTS_PER_MATCH_BLOCK;
   const uint end = min(begin + POINTS_PER_MATCH_BLOCK, n);
   for (uint i = begin; i < end; i += 16) {
     const Points q = {vload16(0, queries + i), vload16(0, queries + i + stride), vload16(0, queries + i + 2 * stride)};

@@ -1,5 +1,6 @@
 // Surface normals: at every query the direction in which the covariance of its nearest points is least (Hoppe et al.
 // 1992): a unit vector, or NaN where the points do not span a plane.
+#include "block.h"
 #include "svd3.h"
 
 #define KEPT_MOST NEAREST_MOST
@@ -96,7 +97,7 @@ kernel void normals(global const float* restrict queries,
                     float resolution_sq,
                     global float* restrict normals)
 {
-  const uint begin = get_global_id(0) * POINTS_PER_MATCH_BLOCK;
+  const uint begin = get_block() * POINTS_PER_MATCH_BLOCK;
   const uint end = min(begin + POINTS_PER_MATCH_BLOCK, n);
   for (uint i = begin; i < end; i += LANES) {
     const Moments m = moments_of(queries + i, stride, leaves, positions + i, k);

@@ -61,10 +61,11 @@ kernel void plane_sums(global const float* source_points,
                        global const float* restrict leaves,
                        global const float* restrict normals,
                        float4 centre,
+                       uint blocks,
                        global real* restrict partials)
 {
   const Source source = {source_points, 0, 0, matches, stride, n};
-  const uint block = get_global_id(0), blocks = get_global_size(0);
+  const uint block = get_block();
   const uint begin = block * POINTS_PER_MATCH_BLOCK;
   const uint end = min(begin + POINTS_PER_MATCH_BLOCK, n);
   real_lanes sums[PLANE_SUMS];
@@ -105,12 +106,13 @@ kernel void plane_sums(global const float* source_points,
                        global const float* restrict leaves,
                        global const float* restrict normals,
                        float4 centre,
+                       uint blocks,
                        global real* restrict partials)
 {
   const Source source = {source_points, 0, 0, matches, stride, n};
   local real scratch[WORK_GROUP_SIZE];
   const uint item = get_local_id(0);
-  const uint block = get_group_id(0), blocks = get_num_groups(0);
+  const uint block = get_block();
   const uint begin = block * POINTS_PER_MATCH_BLOCK;
   const uint end = min(begin + POINTS_PER_MATCH_BLOCK, n);
   real sums[PLANE_SUMS_ROWS * SUMS_PER_BLOCK] = {0};

@@ -2,6 +2,14 @@
 #ifndef PCL_GPU_ICP_REAL_H
 #define PCL_GPU_ICP_REAL_H
 
+// On a CPU without AVX-512 clang says that functions which take 16-wide vectors by value are called in another way than
+// on one with it. Here caller and callee are always compiled together.
+#ifdef __clang__
+#if __has_warning("-Wpsabi")
+#pragma clang diagnostic ignored "-Wpsabi"
+#endif
+#endif
+
 #ifdef REAL_IS_DOUBLE
 #pragma OPENCL EXTENSION cl_khr_fp64 : enable
 typedef double real;

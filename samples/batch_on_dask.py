@@ -66,7 +66,8 @@ def main():
 
     merge(directory, shards)
     summaries = [json.loads((directory / f"summary-{i}-of-{shards}.json").read_text()) for i in range(1, shards + 1)]
-    total = {key: sum(summary[key] for summary in summaries) for key in ("pairs", "converged", "not_converged", "failed")}
+    counted = ("pairs", "converged", "at_the_limit", "not_converged", "failed")
+    total = {key: sum(summary[key] for summary in summaries) for key in counted}
     print(", ".join(f"{value} {key.replace('_', ' ')}" for key, value in total.items()))
     return max(codes)
 

@@ -124,7 +124,8 @@ private:
   /// PCL's criteria, told the mean squared distance instead of adding it up from a list of correspondences, without the
   /// last alignment's, and with a default for the absolute threshold that follows from the spacing. The step from one
   /// pose to the next is a function of the pose as float32 holds it, so a mean squared distance that was there before,
-  /// to the bit, comes again and again: that counts as no change.
+  /// to the bit, comes again and again: that counts as no change or, where more than last digits changes on the way, as
+  /// the iteration limit.
   class ConvergenceCriteria : public pcl::registration::DefaultConvergenceCriteria<Scalar> {
   public:
     ConvergenceCriteria(const int& iterations, const Matrix4& increment, const pcl::Correspondences& correspondences);

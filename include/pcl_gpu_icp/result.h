@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstddef>
+#include <exception>
 #include <map>
 #include <string>
 #include <vector>
@@ -95,7 +96,8 @@ using StageTimes = std::map<std::string, StageTime>;
 struct AlignmentResult {
   bool converged = false;
   Reason reason = Reason::NotRun;
-  std::string message; ///< the cause, when reason is Error
+  std::string message;      ///< the cause, when reason is Error,
+  std::exception_ptr error; ///< and the exception; null where there was none
   int iterations = 0;
   std::vector<std::size_t> searched; ///< of each iteration, source points whose match had to be searched for
   std::size_t inliers = 0;           ///< correspondences of the last iteration, after rejection

@@ -9,6 +9,7 @@
 
 #include "report/format.h"
 #include "report/matrix.h"
+#include "report/verdict.h"
 
 #include <pcl_gpu_icp/device.h>
 #include <pcl_gpu_icp/icp.h>
@@ -98,7 +99,7 @@ void writeFiles(Outputs& outputs,
                 const report::AlignmentReport& report,
                 const AlignOptions& options)
 {
-  const bool aligned = report.result.converged;
+  const bool aligned = isAnswer(verdictOf(report));
   if (outputs.cloud && aligned) {
     Cloud moved = source_file;
     transform(moved, report.transform, options.drop_zero_returns);
@@ -132,20 +133,19 @@ ExitCode align(const AlignOptions& options)
   Icp icp;
   runIcp(icp, pair, options, timedSelect(report.command_times, options));
   report.result = icp.getResult();
-  if (report.result.reason == Reason::Error)
-    throw Failure(ExitCode::Device, report.result.message);
+  requireNoError(report.result);
   report.fitness_score = timedFitness(report.command_times, icp);
   total.reset();
 
-  describe(report, pair, detail::toRigidTransform<double>(icp.getFinalTransformation()));
+  describe(report, options, pair, detail::toRigidTransform<double>(icp.getFinalTransformation()));
   writeFiles(outputs, *source_file, report, options);
   if (options.json == "-")
     writeToStandardOutput(report::toJson(report));
   else if (!options.quiet)
     writeToStandardOutput(report::toText(report));
-  if (!report.result.converged)
+  if (!isAnswer(verdictOf(report)))
     throw Failure(ExitCode::NotConverged,
-                  options.source + " onto " + options.target + ": did not converge: " + toString(report.result.reason) +
+                  options.source + " onto " + options.target + ": " + verdictText(report) +
                       (outputs.cloud || outputs.matrix ? "; -o and --matrix not written" : ""));
   return ExitCode::Success;
 }

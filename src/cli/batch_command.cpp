@@ -195,7 +195,7 @@ private:
     task.clear();
     ledger_.add(places_[number], outcome);
     progress.add(task.pair().identity, outcome);
-    if (options_.fail_fast && outcome.status != report::PairStatus::Converged)
+    if (options_.fail_fast && !isAnswer(outcome.status))
       aligner_.cancel();
   }
 
@@ -222,7 +222,7 @@ private:
     report::Trajectory trajectory;
     report::TrajectoryReport& written = report.trajectory.emplace();
     for (const auto& outcome : ledger_.outcomes()) {
-      if (!outcome || outcome->status != report::PairStatus::Converged) {
+      if (!outcome || !isAnswer(outcome->status)) {
         written.ends_before_pair = trajectory.poses().size() - 1;
         break;
       }

@@ -50,6 +50,8 @@ void BatchLedger::describe(report::BatchReport& report) const
     const auto& outcome = outcomes_[place];
     if (outcome && outcome->status == report::PairStatus::Converged)
       ++report.converged;
+    else if (outcome && outcome->status == report::PairStatus::AtLimit)
+      ++report.at_limit;
     else if (outcome)
       report.unsuccessful.push_back({pairs_[place].identity, *outcome});
   }

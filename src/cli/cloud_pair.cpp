@@ -2,10 +2,33 @@
 
 #include "cli/guess.h"
 
+#include "report/verdict.h"
+
+#include <pcl_gpu_icp/search/nearest_index.h>
+#include <pcl_gpu_icp/search/points_of.h>
+
+#include <cmath>
 #include <limits>
 #include <utility>
 
 namespace pcl_gpu_icp::cli {
+namespace {
+
+/// The least distance of a source point from the target.
+double nearestDistance(const CloudPair& pair, const RigidTransform& transform)
+{
+  search::NearestIndex target;
+  target.build(search::pointsOf(*pair.target->points));
+  float least_sq = std::numeric_limits<float>::infinity();
+  for (const pcl::PointXYZ& point : *pair.source->points) {
+    const auto moved = transform(point.x, point.y, point.z);
+    const float query[3] = {static_cast<float>(moved[0]), static_cast<float>(moved[1]), static_cast<float>(moved[2])};
+    least_sq = std::min(least_sq, target.nearest(query).squared_distance);
+  }
+  return std::sqrt(least_sq);
+}
+
+} // namespace
 
 CloudPair::CloudPair(std::shared_ptr<const PreparedCloud> from,
                      std::shared_ptr<const PreparedCloud> to,
@@ -27,14 +50,21 @@ RigidTransform CloudPair::inFileCoordinates(const RigidTransform& transform) con
   return recentred(transform, from, to);
 }
 
-void describe(report::AlignmentReport& report, const CloudPair& pair, const RigidTransform& transform)
+void describe(report::AlignmentReport& report,
+              const AlignmentOptions& options,
+              const CloudPair& pair,
+              const RigidTransform& transform)
 {
+  report.iteration_limit = options.iterations;
+  report.max_distance = options.max_distance;
   report.transform = pair.inFileCoordinates(transform);
   report.resolution = pair.source->extent * std::numeric_limits<float>::epsilon();
   report.source_points = pair.source->counts;
   report.target_points = pair.target->counts;
   report.target_points.coincident = report.result.target_dropped;
   report.target_points.used = report.result.target_points;
+  if (verdictOf(report) == report::Verdict::TooFewPairs)
+    report.nearest_distance = nearestDistance(pair, transform);
 }
 
 CloudPair readPair(const AlignmentOptions& options, const ReadPrepared& prepared)

@@ -33,7 +33,10 @@ using ReadPrepared = std::function<std::shared_ptr<const PreparedCloud>(const st
 
 /// Enters into a report, which has its result, what that result means for the files.
 /// \param transform between the prepared clouds
-void describe(report::AlignmentReport& report, const CloudPair& pair, const RigidTransform& transform);
+void describe(report::AlignmentReport& report,
+              const AlignmentOptions& options,
+              const CloudPair& pair,
+              const RigidTransform& transform);
 
 /// Reads what the arguments name: the guess, then the source, then the target.
 /// \throws Failure (Input, Usage)

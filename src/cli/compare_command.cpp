@@ -3,8 +3,10 @@
 #include "cli/icp_settings.h"
 #include "cli/options.h"
 #include "cli/output_file.h"
+#include "cli/stock_process.h"
 
 #include "report/comparison_report.h"
+#include "report/verdict.h"
 
 #include <pcl_gpu_icp/device.h>
 #include <pcl_gpu_icp/icp.h>
@@ -15,6 +17,7 @@
 #include <pcl/registration/transformation_estimation_point_to_plane_lls.h>
 
 #include <chrono>
+#include <cmath>
 #include <limits>
 #include <memory>
 
@@ -32,6 +35,7 @@ struct StockIcp : pcl::IterativeClosestPoint<PointT, PointT> {
 
 struct CompareOptions : AlignmentOptions {
   report::Difference tolerance{0.01, 1e-3};
+  double stock_limit_s = 600;
 };
 
 std::optional<double> defined(double score)
@@ -58,6 +62,8 @@ report::Run run(Icp& icp,
   icp.align(aligned, detail::toMatrix<float>(pair.guess));
   const auto end = std::chrono::steady_clock::now();
 
+  if (!icp.getFinalTransformation().allFinite())
+    throw std::runtime_error("its transform is not finite");
   report::Run run;
   run.converged = icp.hasConverged();
   run.time_ms = std::chrono::duration<double, std::milli>(end - begin).count();
@@ -83,29 +89,70 @@ report::Run runStock(StockIcp<PointT>& icp,
   return stock;
 }
 
-CloudPtr<PointNormal> withNormals(const pcl::PointCloud<PointXYZ>& points, NormalEstimator& estimator)
+CloudPtr<PointNormal> withNormals(const pcl::PointCloud<PointXYZ>& points,
+                                  const StockProcess::Normals::value_type* normal)
 {
   const auto cloud = pcl::make_shared<pcl::PointCloud<PointNormal>>();
   pcl::copyPointCloud(points, *cloud);
-  const auto normals = estimator.estimate(search::pointsOf(points));
-  for (std::size_t i = 0; i < cloud->size(); ++i)
-    (*cloud)[i].getNormalVector3fMap() = Eigen::Vector3f(normals[i][0], normals[i][1], normals[i][2]);
+  for (PointNormal& point : *cloud) {
+    point.getNormalVector3fMap() = Eigen::Vector3f((*normal)[0], (*normal)[1], (*normal)[2]);
+    ++normal;
+  }
   return cloud;
 }
 
-/// Point-to-plane it is given the normals that the plugin estimates for itself.
-report::Run runStock(const CloudPair& pair, const CompareOptions& options, const Device& device)
+/// \param normals as normalsOf() makes them
+report::Run runStock(const CloudPair& pair, const CompareOptions& options, const StockProcess::Normals& normals)
 {
+  const auto& source = pair.source->points;
+  const auto& target = pair.target->points;
   if (options.metric == Metric::Point) {
     StockIcp<PointXYZ> icp;
-    return runStock<PointXYZ>(icp, pair.source->points, pair.target->points, pair, options);
+    return runStock<PointXYZ>(icp, source, target, pair, options);
   }
-  NormalEstimator estimator(device, detail::precisionFor<float>(device));
   StockIcp<PointNormal> icp;
   icp.setTransformationEstimation(
       pcl::make_shared<pcl::registration::TransformationEstimationPointToPlaneLLS<PointNormal, PointNormal>>());
   return runStock<PointNormal>(
-      icp, withNormals(*pair.source->points, estimator), withNormals(*pair.target->points, estimator), pair, options);
+      icp, withNormals(*source, normals.data()), withNormals(*target, normals.data() + source->size()), pair, options);
+}
+
+/// Those that the plugin estimates for itself, of the source and then of the target: point-to-plane stock is given
+/// them.
+StockProcess::Normals normalsOf(const CloudPair& pair, const CompareOptions& options, const Device& device)
+{
+  if (options.metric == Metric::Point)
+    return {};
+  NormalEstimator estimator(device, detail::precisionFor<float>(device));
+  auto normals = estimator.estimate(search::pointsOf(*pair.source->points));
+  const auto of_target = estimator.estimate(search::pointsOf(*pair.target->points));
+  normals.insert(normals.end(), of_target.begin(), of_target.end());
+  return normals;
+}
+
+/// \return what the plugin's run came to
+report::AlignmentReport
+runPlugin(report::ComparisonReport& report, const CloudPair& pair, const CompareOptions& options, const Device& device)
+{
+  PluginIcp plugin;
+  applyPluginSettings(plugin, options, device);
+  report.plugin = run<PointXYZ>(plugin, pair.source->points, pair.target->points, pair, options);
+  report::AlignmentReport alignment;
+  alignment.source = options.source;
+  alignment.target = options.target;
+  alignment.result = plugin.getResult();
+  const AlignmentResult& result = alignment.result;
+  requireNoError(result);
+  describe(alignment, options, pair, detail::toRigidTransform<float>(plugin.getFinalTransformation()));
+  report.plugin.converged = isAnswer(verdictOf(alignment));
+  report.plugin.reason = result.reason;
+  report.plugin.iterations = result.iterations;
+  const auto start = result.host_times.find("start");
+  report.plugin_start_ms = start == result.host_times.end() ? 0 : start->second.milliseconds;
+  report.device = result.device;
+  report.pipeline = result.pipeline;
+  report.metric = result.metric;
+  return alignment;
 }
 
 ExitCode compare(const CompareOptions& options)
@@ -115,30 +162,22 @@ ExitCode compare(const CompareOptions& options)
     json = std::make_unique<OutputFile>("--json", options.json, options.force);
   const CloudPair pair = readPair(options, [&](const std::string& path) { return readPrepared(path, options); });
 
+  StockProcess stock([&](const StockProcess::Normals& normals) { return runStock(pair, options, normals); });
   const Device device = Device::select(options.device);
-  PluginIcp plugin;
-  applyPluginSettings(plugin, options, device);
 
   report::ComparisonReport report;
   report.source = options.source;
   report.target = options.target;
   report.source_points = pair.source->points->size();
   report.target_points = pair.target->points->size();
-  report.plugin = run<PointXYZ>(plugin, pair.source->points, pair.target->points, pair, options);
-  const AlignmentResult& result = plugin.getResult();
-  if (result.reason == Reason::Error)
-    throw Failure(ExitCode::Device, result.message);
-  report.plugin.reason = result.reason;
-  report.plugin.iterations = result.iterations;
-  const auto start = result.host_times.find("start");
-  report.plugin_start_ms = start == result.host_times.end() ? 0 : start->second.milliseconds;
-  report.device = result.device;
-  report.pipeline = result.pipeline;
-  report.metric = result.metric;
-  report.stock = runStock(pair, options, device);
+  const report::AlignmentReport alignment = runPlugin(report, pair, options, device);
   report.centroid = pair.source->centroid;
-  report.difference = report::differenceOf(report.stock.transform, report.plugin.transform, report.centroid);
   report.tolerance = options.tolerance;
+  const auto answer = stock.ask(normalsOf(pair, options, device), std::chrono::duration<double>(options.stock_limit_s));
+  if (const auto* run = std::get_if<report::Run>(&answer))
+    report.stock = *run;
+  else
+    report.stock_failure = std::get<std::string>(answer);
 
   if (json) {
     json->write(report::toJson(report));
@@ -149,13 +188,15 @@ ExitCode compare(const CompareOptions& options)
   else if (!options.quiet)
     writeToStandardOutput(report::toText(report));
 
-  const std::string pair_name = options.source + " onto " + options.target + ": ";
-  if (!report.bothConverged())
-    throw Failure(ExitCode::NotConverged,
-                  pair_name + "did not converge: stock PCL " + toString(report.stock.reason) + ", pcl_gpu_icp " +
-                      toString(report.plugin.reason));
+  const auto fail = [&](const std::string& why) {
+    throw Failure(ExitCode::NotConverged, options.source + " onto " + options.target + ": " + why);
+  };
+  if (!report.plugin.converged)
+    fail("pcl_gpu_icp: " + verdictText(alignment) + "; " + stockText(report));
+  if (!report.stock || !report.stock->converged)
+    fail(stockText(report));
   if (!report.agree())
-    throw Failure(ExitCode::NotConverged, pair_name + "the transforms differ by more than the tolerances");
+    fail("the transforms differ by more than the tolerances");
   return ExitCode::Success;
 }
 
@@ -175,6 +216,11 @@ Run addCompare(CLI::App& command)
                   "exit 1 where the images of the source's centroid are farther apart, in the unit of the files")
       ->check(positiveNumber())
       ->type_name("DISTANCE")
+      ->capture_default_str();
+  command
+      .add_option("--stock-limit", options->stock_limit_s, "how long stock PCL may take before it counts as no answer")
+      ->check(positiveNumber())
+      ->type_name("SECONDS")
       ->capture_default_str();
   return [options] { return compare(*options); };
 }

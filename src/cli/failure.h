@@ -1,5 +1,6 @@
 #pragma once
 
+#include <exception>
 #include <stdexcept>
 #include <string>
 
@@ -54,5 +55,8 @@ public:
 private:
   ExitCode code_;
 };
+
+/// How the command ends that throws `error`.
+Failure failureOf(const std::exception_ptr& error);
 
 } // namespace pcl_gpu_icp::cli

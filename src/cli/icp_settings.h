@@ -51,4 +51,11 @@ void applyPluginSettings(IterativeClosestPoint<PointT, PointT, Scalar>& icp,
   }
 }
 
+/// Throws what ended an alignment.
+inline void requireNoError(const AlignmentResult& result)
+{
+  if (result.reason == Reason::Error)
+    std::rethrow_exception(result.error);
+}
+
 } // namespace pcl_gpu_icp::cli

@@ -1,7 +1,6 @@
 #include "cli/commands.h"
 #include "cli/guess.h"
 
-#include <pcl_gpu_icp/error.h>
 #include <pcl_gpu_icp/version.h>
 
 #include <pcl/console/print.h>
@@ -9,7 +8,6 @@
 #include <algorithm>
 #include <csignal>
 #include <cstdio>
-#include <new>
 
 namespace pcl_gpu_icp::cli {
 namespace {
@@ -26,7 +24,8 @@ int run(int argc, char** argv)
   CLI::App app("Aligns point clouds with ICP on an OpenCL device.", "pcl_gpu_icp");
   app.set_version_flag("--version", "pcl_gpu_icp " PCL_GPU_ICP_VERSION);
   app.require_subcommand(1);
-  app.footer("Exit status: 0 converged, 1 ran but did not converge (compare: or the results differ), 2 usage, 3 input, "
+  app.footer("Exit status: 0 converged or at the iteration limit, 1 ran but has no answer (compare: or the results "
+             "differ), 2 usage, 3 input, "
              "4 device, 5 output, 70 internal error, 130 or 143 interrupted (batch).");
   Run command;
   const auto add = [&](const char* name, const char* description, Run (*build)(CLI::App&)) {
@@ -58,19 +57,13 @@ int run(int argc, char** argv)
 int main(int argc, char** argv)
 {
   using namespace pcl_gpu_icp;
-  using cli::ExitCode;
   // A file size limit shall be an error of write(), which is reported.
   std::signal(SIGXFSZ, SIG_IGN);
   pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS);
   try {
     return cli::run(argc, argv);
-  } catch (const cli::Failure& failure) {
+  } catch (...) {
+    const cli::Failure failure = cli::failureOf(std::current_exception());
     return cli::fail(failure.code(), failure.what());
-  } catch (const DeviceError& error) {
-    return cli::fail(ExitCode::Device, error.what());
-  } catch (const std::bad_alloc&) {
-    return cli::fail(ExitCode::Internal, "out of memory");
-  } catch (const std::exception& error) {
-    return cli::fail(ExitCode::Internal, std::string("internal error: ") + error.what());
   }
 }

@@ -100,9 +100,11 @@ void OutputFile::write(std::string_view content)
   temporary_ = name;
   struct stat existing;
   const mode_t mode = stat(location_.c_str(), &existing) == 0 ? existing.st_mode & 07777 : defaultMode();
-  const bool written = writeAll(file, content) && fchmod(file, mode) == 0 && fsync(file) == 0;
+  const bool written = writeAll(file, content) && fchmod(file, mode) == 0 && synchronised(file);
   const std::string error = lastError();
-  if (close(file) != 0 || !written)
+  // A close that is interrupted has closed the file, and all is on the disk.
+  const bool closed = close(file) == 0 || errno == EINTR;
+  if (!closed || !written)
     fail(written ? lastError() : error);
 }
 
@@ -124,6 +126,15 @@ bool writeAll(int file, std::string_view content)
     content.remove_prefix(static_cast<std::size_t>(written));
   }
   return true;
+}
+
+bool synchronised(int file)
+{
+  int result;
+  do
+    result = fsync(file);
+  while (result != 0 && errno == EINTR);
+  return result == 0;
 }
 
 void writeToStandardOutput(std::string_view text)

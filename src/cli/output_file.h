@@ -42,6 +42,10 @@ private:
 /// \return false, and errno, where that was not possible
 bool writeAll(int file, std::string_view content);
 
+/// Puts on the disk what was written.
+/// \return false, and errno, where that was not possible
+bool synchronised(int file);
+
 /// \throws Failure (Output) when the text does not get there
 void writeToStandardOutput(std::string_view text);
 

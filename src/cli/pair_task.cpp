@@ -6,30 +6,17 @@
 #include <pcl_gpu_icp/error.h>
 #include <pcl_gpu_icp/stopwatch.h>
 
-#include <new>
-
 namespace pcl_gpu_icp::cli {
 
 BatchResult PairTask::run(DeviceLane& lane)
 {
-  const auto failed = [this](ExitCode code, const char* message) {
-    failure_ = report::PairFailure{toString(code), message};
-  };
   try {
     return align(lane);
   } catch (const Cancelled&) {
     throw;
-  } catch (const Failure& failure) {
-    failed(failure.code(), failure.what());
-    throw;
-  } catch (const DeviceError& error) {
-    failed(ExitCode::Device, error.what());
-    throw;
-  } catch (const std::bad_alloc&) {
-    failed(ExitCode::Internal, "out of memory");
-    throw;
-  } catch (const std::exception& error) {
-    failed(ExitCode::Internal, error.what());
+  } catch (...) {
+    const Failure failure = failureOf(std::current_exception());
+    failure_ = report::PairFailure{toString(failure.code()), failure.what()};
     throw;
   }
 }
@@ -60,13 +47,12 @@ BatchResult PairTask::align(DeviceLane& lane)
   BatchResult result = BatchAligner::align(lane, icp, detail::toMatrix<double>(clouds.guess), true);
   total.reset();
 
-  if (result.alignment.reason == Reason::Error)
-    throw Failure(ExitCode::Device, result.alignment.message);
+  requireNoError(result.alignment);
   if (result.alignment.reason == Reason::Cancelled)
     return result;
   report.result = result.alignment;
   report.fitness_score = result.fitness_score;
-  describe(report, clouds, result.transform);
+  describe(report, options, clouds, result.transform);
   report_ = std::move(report);
   return result;
 }

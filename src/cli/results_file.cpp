@@ -57,7 +57,7 @@ void ResultsFile::open(Existing existing)
 
 void ResultsFile::append(std::string_view line)
 {
-  if (writeAll(file_, line) && fsync(file_) == 0) {
+  if (writeAll(file_, line) && synchronised(file_)) {
     size_ += line.size();
     return;
   }

@@ -24,6 +24,7 @@ BatchResult endedBy(Reason reason, const std::string& message)
   BatchResult result;
   result.alignment.reason = reason;
   result.alignment.message = message;
+  result.alignment.error = std::current_exception();
   return result;
 }
 

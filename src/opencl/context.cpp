@@ -2,6 +2,7 @@
 
 #include "device_handle.h"
 #include "error.h"
+#include "gate.h"
 #include "kernel_source.h"
 
 #include <algorithm>
@@ -28,10 +29,8 @@ Traits Traits::of(const DeviceInfo& info)
 
 Context& Context::of(const Device& device)
 {
-  refuseAfterFork();
-  static std::mutex mutex;
+  const auto gate = enterGate();
   static auto& contexts = *new std::map<cl_device_id, Context*>;
-  const std::lock_guard<std::mutex> lock(mutex);
   Context*& context = contexts[device.handle_->device()];
   if (!context)
     context = new Context(device);
@@ -48,23 +47,32 @@ const cl::Device& Context::device() const { return device_.handle_->device; }
 
 cl::Program Context::program(const std::string& file, const std::string& options)
 {
-  const std::lock_guard<std::mutex> lock(programs_mutex_);
+  const auto gate = enterGate();
   const auto key = std::make_pair(file, options);
   const auto found = programs_.find(key);
   if (found != programs_.end())
-    return found->second;
-  cl::Program program = translated(info().name, file, [&] { return cl::Program(context_, kernelSource(file)); });
+    return translated(info().name, file, [&] { return found->second; });
+  return translated(info().name, file, [&] {
+    const cl::Program program(context_, kernelSource(file));
+    build(program, file, options);
+    return programs_[key] = program;
+  });
+}
+
+void Context::build(const cl::Program& program, const std::string& file, const std::string& options) const
+{
+  // Not by cl::Program::build(), whose own error is lost where there is no log to be had.
+  const cl_device_id on = device()();
+  const cl_int code = clBuildProgram(program(), 1, &on, options.c_str(), nullptr, nullptr);
+  if (code == CL_SUCCESS)
+    return;
+  std::string log;
   try {
-    program.build(device(), options.c_str());
-  } catch (const cl::BuildError& error) {
-    std::string log;
-    for (const auto& entry : error.getBuildLog())
-      log += entry.second;
-    throw KernelBuildError({error.err(), error.what(), file, info().name}, options, log);
-  } catch (const cl::Error& error) {
-    throw KernelBuildError({error.err(), error.what(), file, info().name}, options, "");
+    log = program.getBuildInfo<CL_PROGRAM_BUILD_LOG>(device());
+  } catch (const cl::Error&) {
+    log = "none";
   }
-  return programs_[key] = program;
+  throw KernelBuildError({code, "clBuildProgram", file, info().name}, options, log);
 }
 
 } // namespace pcl_gpu_icp::opencl

@@ -4,8 +4,8 @@
 
 #include <pcl_gpu_icp/device.h>
 
+#include <limits>
 #include <map>
-#include <mutex>
 #include <string>
 
 namespace pcl_gpu_icp::opencl {
@@ -23,6 +23,8 @@ struct Traits {
   bool fp64 = false;
   std::size_t work_group_size = 128; ///< of the Grouped shape; a power of two
   std::uint64_t max_allocation = 0;  ///< bytes
+  /// A launch of more work-items runs in passes, each of one work-group at least.
+  std::size_t max_work_items = std::numeric_limits<std::size_t>::max();
 
   static Traits of(const DeviceInfo& info);
 };
@@ -43,10 +45,10 @@ public:
 
 private:
   explicit Context(const Device& device);
+  void build(const cl::Program& program, const std::string& file, const std::string& options) const;
 
   Device device_;
   cl::Context context_;
-  std::mutex programs_mutex_;
   std::map<std::pair<std::string, std::string>, cl::Program> programs_;
 };
 

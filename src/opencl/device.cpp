@@ -2,6 +2,7 @@
 
 #include "device_handle.h"
 #include "error.h"
+#include "gate.h"
 
 #include <algorithm>
 #include <atomic>
@@ -87,7 +88,7 @@ std::vector<cl::Platform> platforms()
     cl::Platform::get(&found);
   } catch (const cl::Error& error) {
     if (error.err() != platform_not_found_khr)
-      throw DeviceError({error.err(), error.what(), "", ""}, install_advice);
+      throw DeviceError({error.err(), error.what(), "", ""}, "");
   }
   if (found.empty())
     throw DeviceError({platform_not_found_khr, "clGetPlatformIDs", "", ""}, install_advice);
@@ -154,7 +155,7 @@ const DeviceInfo& Device::info() const { return handle_->info; }
 
 std::vector<Device> Device::partition(unsigned compute_units) const
 {
-  opencl::refuseAfterFork();
+  const auto gate = opencl::enterGate();
   const cl_device_partition_property equally[] = {
       CL_DEVICE_PARTITION_EQUALLY, static_cast<cl_device_partition_property>(compute_units), 0};
   return opencl::translated(info().name, "", [&] {
@@ -172,7 +173,7 @@ std::vector<Device> Device::partition(unsigned compute_units) const
 
 std::vector<Device> Device::list()
 {
-  opencl::refuseAfterFork();
+  const auto gate = opencl::enterGate();
   std::vector<Device> devices;
   const auto all_platforms = platforms();
   for (unsigned p = 0; p < all_platforms.size(); ++p) {
@@ -184,8 +185,10 @@ std::vector<Device> Device::list()
         throw DeviceError({error.err(), error.what(), "", ""}, "");
     }
     for (unsigned d = 0; d < found.size(); ++d) {
-      const DeviceInfo info = opencl::translated("", "", [&] { return describe(all_platforms[p], p, found[d], d); });
-      devices.push_back(Device(std::make_shared<opencl::DeviceHandle>(opencl::DeviceHandle{info, found[d]})));
+      devices.push_back(opencl::translated("", "", [&] {
+        const DeviceInfo info = describe(all_platforms[p], p, found[d], d);
+        return Device(std::make_shared<opencl::DeviceHandle>(opencl::DeviceHandle{info, found[d]}));
+      }));
     }
   }
   return devices;

@@ -1,5 +1,6 @@
 #include "error.h"
 
+#include <map>
 #include <utility>
 
 namespace pcl_gpu_icp {
@@ -77,6 +78,16 @@ const char* codeName(int code) noexcept
     return "unknown OpenCL error";
   }
 #undef PCL_GPU_ICP_CODE
+}
+
+std::string callName(const char* name)
+{
+  static const std::map<std::string, std::string> others{{"clGetEventProfileInfo", "clGetEventProfilingInfo"},
+                                                         {"clEnqueueUnMapMemObject", "clEnqueueUnmapMemObject"},
+                                                         {"Retain Object", "clRetain..."},
+                                                         {"Release Object", "clRelease..."}};
+  const auto found = others.find(name);
+  return found == others.end() ? name : found->second;
 }
 
 } // namespace opencl

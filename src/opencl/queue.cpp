@@ -1,6 +1,7 @@
 #include "queue.h"
 
 #include "device_handle.h"
+#include "gate.h"
 
 #include <algorithm>
 #include <utility>
@@ -43,6 +44,7 @@ Queue::Queue(const Device& device, const Traits& traits, std::string build_optio
 , traits_(traits)
 , build_options_(std::move(build_options))
 , queue_(translated(device.info().name, "", [&] {
+  const auto gate = enterGate();
   return cl::CommandQueue(context_->handle(), context_->device(), CL_QUEUE_PROFILING_ENABLE);
 }))
 {
@@ -222,20 +224,19 @@ void Queue::enqueue(const char* stage, const KernelName& name, Kernel& kernel, c
       }
     });
   };
-  if (!share_) {
-    part(size, cl::NullRange);
-    return;
-  }
   // Passes are cut along the first dimension, in whole work-groups.
   const std::size_t items = size.global.get()[0], group = size.local.get()[0];
   const std::size_t rows = size.global.dimensions() > 1 ? size.global.get()[1] : 1;
-  const std::size_t at_once = std::min(share_->capacity(), kernel.at_once) / rows;
+  const std::size_t shared = share_ ? std::min(share_->capacity(), kernel.at_once) : items * rows;
+  const std::size_t at_once = std::min(shared, traits_.max_work_items) / rows;
   const std::size_t step = std::max(at_once / group, std::size_t(1)) * group;
   for (std::size_t first = 0; first < items; first += step) {
     const std::size_t some = std::min(step, items - first);
-    if (first > 0)
-      finish();
-    obtain(stage, some * rows);
+    if (share_) {
+      if (first > 0)
+        finish();
+      obtain(stage, some * rows);
+    }
     if (rows == 1)
       part({cl::NDRange(some), size.local}, cl::NDRange(first));
     else

@@ -3,8 +3,8 @@
 #include "report/alignment_json.h"
 #include "report/format.h"
 #include "report/matrix.h"
+#include "report/verdict.h"
 
-#include <cmath>
 #include <utility>
 #include <vector>
 
@@ -30,45 +30,8 @@ std::string cloudText(const char* role, const std::string& file, const PointCoun
 
 const char* improvement(const AlignmentReport& report)
 {
-  const double change = report.result.truncated_rmse - report.result.truncated_rmse_before;
-  if (std::abs(change) <= report.resolution)
-    return "unchanged";
-  return change < 0 ? "improved" : "got worse";
-}
-
-std::string outcome(const AlignmentResult& result)
-{
-  switch (result.reason) {
-  case Reason::Iterations:
-    return format("stopped at the limit of %d iterations (counts as converged, as in PCL)", result.iterations);
-  case Reason::Transform:
-    return format("converged after %d iterations: the last one moved by less than the epsilons", result.iterations);
-  case Reason::AbsoluteMse:
-    return format("converged after %d iterations: the mean squared distance no longer changes", result.iterations);
-  case Reason::RelativeMse:
-    return format("converged after %d iterations: the mean squared distance changes by less than the epsilon",
-                  result.iterations);
-  default:
-    return format("did not converge: %s after %d iterations", toString(result.reason), result.iterations);
-  }
-}
-
-std::string degeneracyText(const AlignmentResult& result)
-{
-  switch (result.degeneracy) {
-  case Degeneracy::None:
-    return "no";
-  case Degeneracy::Sliding:
-    return format("yes: of the six motions %d only slide along the surface, so they are left as they were",
-                  result.free_motions);
-  case Degeneracy::Line:
-    return "yes: all matched points lie on one line, so the rotation about it is not determined";
-  case Degeneracy::Point:
-    return "yes: all matched points are at one place, so the rotation is not determined";
-  case Degeneracy::Empty:
-    return "yes: no points were matched, so nothing is determined";
-  }
-  return "unknown";
+  const double change = changeOfDistance(report);
+  return change == 0 ? "unchanged" : change < 0 ? "improved" : "got worse";
 }
 
 using Times = std::vector<std::pair<std::string, double>>;
@@ -122,7 +85,7 @@ std::string toText(const AlignmentReport& report)
     text += format("searched   %zu points in the first iteration, %zu in the last\n",
                    result.searched.front(),
                    result.searched.back());
-  text += "result     " + outcome(result) + "\n";
+  text += "result     " + verdictText(report) + "\n";
   text +=
       result.inliers > 0
           ? format("RMSE       %.6g before, %.6g after (%s)\n", result.rmse_before, result.rmse, improvement(report))
@@ -155,7 +118,10 @@ Json alignmentJson(const AlignmentReport& report)
   json["pipeline"] = toString(result.pipeline);
   json["device_bytes"] = result.device_bytes;
   json["transform"] = matrixJson(report.transform);
-  json["converged"] = result.converged;
+  const Verdict verdict = verdictOf(report);
+  json["converged"] = isAnswer(verdict);
+  json["verdict"] = toString(verdict);
+  json["why"] = isAnswer(verdict) ? Json() : Json(verdictText(report));
   json["reason"] = toString(result.reason);
   json["iterations"] = result.iterations;
   json["searched"] = result.searched;
@@ -165,7 +131,8 @@ Json alignmentJson(const AlignmentReport& report)
   json["truncated_rmse"] = result.inliers > 0 ? Json(result.truncated_rmse) : Json();
   json["truncated_rmse_before"] = result.inliers > 0 ? Json(result.truncated_rmse_before) : Json();
   json["fitness_score"] = report.fitness_score ? Json(*report.fitness_score) : Json();
-  json["degenerate"] = toString(result.degeneracy);
+  json["nearest_distance"] = report.nearest_distance ? Json(*report.nearest_distance) : Json();
+  json["degenerate"] = toString(degeneracyOf(result));
   json["free_motions"] = result.free_motions;
   for (const auto& [what, milliseconds] : allTimes(report))
     json["times_ms"][what] = milliseconds;

@@ -28,8 +28,11 @@ struct AlignmentReport {
   AlignmentResult result;
   RigidTransform transform; ///< source to target, in the coordinates of the files
   std::optional<double> fitness_score;
-  double resolution = 0;    ///< a change of the RMSE that float coordinates cannot show
-  StageTimes command_times; ///< what the command did around the alignment, and "total"
+  int iteration_limit = 0;
+  std::optional<double> max_distance;     ///< between matched points
+  std::optional<double> nearest_distance; ///< where the pairs are too few: the least of a source point from the target
+  double resolution = 0;                  ///< a change of the RMSE that float coordinates cannot show
+  StageTimes command_times;               ///< what the command did around the alignment, and "total"
 };
 
 std::string toText(const AlignmentReport& report);

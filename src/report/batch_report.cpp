@@ -48,11 +48,10 @@ std::optional<double> BatchReport::pairsPerSecond() const
 
 std::string toText(const BatchReport& report)
 {
-  std::string text = format("pairs      %zu: %zu converged, %zu did not converge, %zu failed",
-                            report.pairs,
-                            report.converged,
-                            report.notConverged(),
-                            report.failed());
+  std::string text = format("pairs      %zu: %zu converged, ", report.pairs, report.converged);
+  if (report.at_limit > 0)
+    text += format("%zu at the limit, ", report.at_limit);
+  text += format("%zu did not converge, %zu failed", report.notConverged(), report.failed());
   if (report.left() > 0)
     text += format(", %zu left", report.left());
   text += report.kept > 0 ? format(" (%zu were there already)\n", report.kept) : "\n";
@@ -86,6 +85,7 @@ std::string toJson(const BatchReport& report)
   json["complete"] = report.left() == 0;
   json["pairs"] = report.pairs;
   json["converged"] = report.converged;
+  json["at_the_limit"] = report.at_limit;
   json["not_converged"] = report.notConverged();
   json["failed"] = report.failed();
   json["left"] = report.left();

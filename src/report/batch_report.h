@@ -37,6 +37,7 @@ struct BatchReport {
   std::string results; ///< the file
   std::size_t pairs = 0;
   std::size_t converged = 0;
+  std::size_t at_limit = 0;                   ///< of the iterations, with an answer
   std::vector<UnsuccessfulPair> unsuccessful; ///< by their positions
   std::size_t kept = 0;                       ///< of an earlier run
   std::size_t aligned = 0;                    ///< in this one
@@ -53,7 +54,7 @@ struct BatchReport {
   std::size_t failed() const { return count(PairStatus::Failed); }
   std::size_t notConverged() const { return count(PairStatus::NotConverged); }
   /// Pairs without a result.
-  std::size_t left() const { return pairs - converged - unsuccessful.size(); }
+  std::size_t left() const { return pairs - converged - at_limit - unsuccessful.size(); }
   /// Of this run; nothing where it had nothing to do.
   std::optional<double> pairsPerSecond() const;
 

@@ -37,6 +37,23 @@ Json differenceJson(const Difference& difference)
 
 } // namespace
 
+std::optional<Difference> ComparisonReport::difference() const
+{
+  return stock ? std::optional(differenceOf(stock->transform, plugin.transform, centroid)) : std::nullopt;
+}
+
+bool ComparisonReport::agree() const
+{
+  const auto found = difference();
+  return found && found->degrees <= tolerance.degrees && found->metres <= tolerance.metres;
+}
+
+std::string stockText(const ComparisonReport& report)
+{
+  return std::string("stock: ") +
+         (report.stock ? toString(report.stock->reason) : "no answer: " + report.stock_failure);
+}
+
 Difference differenceOf(const RigidTransform& a, const RigidTransform& b, const std::array<double, 3>& centroid)
 {
   // |A - B|_F = 2 sqrt(2) sin(angle / 2) keeps its digits at small angles, where the trace loses them.
@@ -51,26 +68,37 @@ Difference differenceOf(const RigidTransform& a, const RigidTransform& b, const 
 
 std::string toText(const ComparisonReport& report)
 {
-  const Run& stock = report.stock;
   const Run& plugin = report.plugin;
   std::string text = "source      " + report.source + format(": %zu points used\n", report.source_points);
   text += "target      " + report.target + format(": %zu points used\n", report.target_points);
   text +=
       "device      " + report.device.name + " (" + toString(report.device.type) + ", " + report.device.platform + ")\n";
   text += std::string("metric      ") + toString(report.metric) + "\n";
+  const auto of_stock = [&report](const auto& describe) {
+    return report.stock ? describe(*report.stock) : "no answer";
+  };
+  const auto timeText = [](const Run& run) { return format("%.1f ms", run.time_ms); };
+  const auto iterationsText = [](const Run& run) { return std::to_string(run.iterations); };
+  const auto reasonText = [](const Run& run) { return std::string(toString(run.reason)); };
+  const auto rmseText = [](const Run& run) { return optionalText(run.rmse); };
+  const auto fitnessText = [](const Run& run) { return optionalText(run.fitness_score); };
   text += row("", "pcl", "pcl_gpu_icp");
-  text += row("time", format("%.1f ms", stock.time_ms), format("%.1f ms", plugin.time_ms));
-  text += row("iterations", std::to_string(stock.iterations), std::to_string(plugin.iterations));
-  text += row("reason", toString(stock.reason), toString(plugin.reason));
-  text += row("RMSE", optionalText(stock.rmse), optionalText(plugin.rmse));
-  text += row("fitness", optionalText(stock.fitness_score), optionalText(plugin.fitness_score));
+  text += row("time", of_stock(timeText), timeText(plugin));
+  text += row("iterations", of_stock(iterationsText), iterationsText(plugin));
+  text += row("reason", of_stock(reasonText), reasonText(plugin));
+  text += row("RMSE", of_stock(rmseText), rmseText(plugin));
+  text += row("fitness", of_stock(fitnessText), fitnessText(plugin));
+  if (!report.stock)
+    return text + stockText(report) + "\n";
+  const double stock_ms = report.stock->time_ms;
   text += format("speed       %.2fx, or %.2fx without the device's start (%.1f ms)\n",
-                 stock.time_ms / plugin.time_ms,
-                 stock.time_ms / (plugin.time_ms - report.plugin_start_ms),
+                 stock_ms / plugin.time_ms,
+                 stock_ms / (plugin.time_ms - report.plugin_start_ms),
                  report.plugin_start_ms);
+  const Difference difference = *report.difference();
   text += format("difference  %.3g degrees, %.3g m at the source's centroid (%.6g, %.6g, %.6g): %s %g degrees, %g m\n",
-                 report.difference.degrees,
-                 report.difference.metres,
+                 difference.degrees,
+                 difference.metres,
                  report.centroid[0],
                  report.centroid[1],
                  report.centroid[2],
@@ -89,12 +117,13 @@ std::string toJson(const ComparisonReport& report)
   json["device"] = deviceJson(report.device);
   json["metric"] = toString(report.metric);
   json["pipeline"] = toString(report.pipeline);
-  json["stock"] = runJson(report.stock);
+  json["stock"] = report.stock ? runJson(*report.stock) : Json();
+  json["stock_failure"] = report.stock ? Json() : Json(report.stock_failure);
   json["plugin"] = runJson(report.plugin);
   json["plugin"]["start_ms"] = report.plugin_start_ms;
-  json["speedup"] = report.stock.time_ms / report.plugin.time_ms;
+  json["speedup"] = report.stock ? Json(report.stock->time_ms / report.plugin.time_ms) : Json();
   json["centroid"] = report.centroid;
-  json["difference"] = differenceJson(report.difference);
+  json["difference"] = report.stock ? differenceJson(*report.difference()) : Json();
   json["tolerance"] = differenceJson(report.tolerance);
   json["agree"] = report.agree();
   return dump(json);

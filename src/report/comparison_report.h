@@ -31,21 +31,24 @@ struct ComparisonReport {
   std::string target;
   std::size_t source_points = 0; ///< used
   std::size_t target_points = 0;
-  Run stock;
+  std::optional<Run> stock;
+  std::string stock_failure; ///< why stock has no answer, where it has none
   Run plugin;
   double plugin_start_ms = 0; ///< device and kernels, part of the plugin's time
   DeviceInfo device;
   Pipeline pipeline = Pipeline::Fused;
   Metric metric = Metric::Point;
   std::array<double, 3> centroid{}; ///< of the source
-  Difference difference;
   Difference tolerance;
 
-  bool bothConverged() const { return stock.converged && plugin.converged; }
-  bool agree() const { return difference.degrees <= tolerance.degrees && difference.metres <= tolerance.metres; }
+  std::optional<Difference> difference() const; ///< nothing where stock has no answer
+  bool agree() const;
 };
 
 Difference differenceOf(const RigidTransform& a, const RigidTransform& b, const std::array<double, 3>& centroid);
+
+/// What became of stock PCL.
+std::string stockText(const ComparisonReport& report);
 
 std::string toText(const ComparisonReport& report);
 std::string toJson(const ComparisonReport& report);

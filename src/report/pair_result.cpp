@@ -1,13 +1,15 @@
 #include "report/pair_result.h"
 
 #include "report/alignment_json.h"
+#include "report/verdict.h"
 
 #include <stdexcept>
 
 namespace pcl_gpu_icp::report {
 namespace {
 
-constexpr PairStatus statuses[] = {PairStatus::Converged, PairStatus::NotConverged, PairStatus::Failed};
+constexpr PairStatus statuses[] = {
+    PairStatus::Converged, PairStatus::AtLimit, PairStatus::NotConverged, PairStatus::Failed};
 
 Json identityJson(const PairIdentity& identity)
 {
@@ -36,6 +38,8 @@ const char* toString(PairStatus status)
   switch (status) {
   case PairStatus::Converged:
     return "converged";
+  case PairStatus::AtLimit:
+    return "at the limit";
   case PairStatus::NotConverged:
     return "not converged";
   case PairStatus::Failed:
@@ -48,9 +52,13 @@ PairOutcome outcomeOf(const AlignmentReport& report)
 {
   const AlignmentResult& result = report.result;
   PairOutcome outcome;
-  outcome.status = result.converged ? PairStatus::Converged : PairStatus::NotConverged;
+  const Verdict verdict = verdictOf(report);
+  outcome.status = verdict == Verdict::Converged ? PairStatus::Converged
+                   : verdict == Verdict::AtLimit ? PairStatus::AtLimit
+                                                 : PairStatus::NotConverged;
   outcome.transform = report.transform;
-  outcome.why = toString(result.reason);
+  if (!isAnswer(verdict))
+    outcome.why = verdictText(report);
   outcome.iterations = result.iterations;
   if (result.inliers > 0)
     outcome.rmse = result.rmse;
@@ -103,7 +111,8 @@ std::optional<ReadResult> readResultLine(std::string_view line)
       return read;
     }
     outcome.transform = transformOf(json.at("transform"));
-    outcome.why = json.at("reason").get<std::string>();
+    if (!isAnswer(outcome.status))
+      outcome.why = json.at("why").get<std::string>();
     outcome.iterations = json.at("iterations").get<int>();
     if (!json.at("rmse").is_null())
       outcome.rmse = json.at("rmse").get<double>();

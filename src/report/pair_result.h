@@ -20,9 +20,17 @@ struct PairIdentity {
   std::map<std::string, std::string> options; ///< those given, by their names without dashes
 };
 
-enum class PairStatus { Converged, NotConverged, Failed };
+enum class PairStatus {
+  Converged,
+  AtLimit,      ///< Verdict::AtLimit
+  NotConverged, ///< any other without an answer
+  Failed,
+};
 
 const char* toString(PairStatus status);
+
+/// Whether there is a transform to go on with.
+constexpr bool isAnswer(PairStatus status) { return status == PairStatus::Converged || status == PairStatus::AtLimit; }
 
 /// Why a pair has no alignment.
 struct PairFailure {
@@ -34,7 +42,7 @@ struct PairFailure {
 struct PairOutcome {
   PairStatus status = PairStatus::Failed;
   RigidTransform transform; ///< where there is one
-  std::string why;          ///< the reason that the alignment ended, or the failure's message
+  std::string why;          ///< verdictText() of what is no answer, or the failure's message
   int iterations = 0;
   std::optional<double> rmse;
 };

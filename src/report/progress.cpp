@@ -38,10 +38,11 @@ std::string outcomeText(const PairOutcome& outcome)
 {
   switch (outcome.status) {
   case PairStatus::Converged:
-    return format("converged, %d iterations", outcome.iterations) +
+  case PairStatus::AtLimit:
+    return std::string(toString(outcome.status)) + format(", %d iterations", outcome.iterations) +
            (outcome.rmse ? format(", RMSE %.6g", *outcome.rmse) : "");
   case PairStatus::NotConverged:
-    return "did not converge: " + outcome.why;
+    return outcome.why;
   case PairStatus::Failed:
     return "failed: " + outcome.why;
   }

@@ -1,6 +1,7 @@
 #include <pcl_gpu_icp/search/nearest_index.h>
 
 #include "box_tree.h"
+#include "flann_allocator.h"
 
 #include <pcl_gpu_icp/parallel_for.h>
 

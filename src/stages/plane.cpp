@@ -47,6 +47,7 @@ void Plane::enqueue(opencl::Queue& queue,
                target.leaves,
                normals,
                about,
+               blocks,
                partials_);
   queue.launch(
       "plane_total", {"plane.cl", "plane_total"}, oneGroup(queue.traits(), SUMS_PER_BLOCK), partials_, blocks, total);

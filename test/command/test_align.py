@@ -96,14 +96,6 @@ class Align(CommandTest):
         self.assertIsNone(result["rmse"])
         self.assertIsNone(result["rmse_before"])
 
-    def test_degenerate_geometry(self):
-        line = self.write("line.pcd", pcd([(0.1 * i, 0.2 * i, 0.3 * i) for i in range(50)]))
-        spot = self.write("spot.pcd", pcd([(1.0, 2.0, 3.0)] * 50))
-        for cloud, verdict in [(line, "line"), (spot, "point")]:
-            with self.subTest(verdict):
-                self.assertEqual(self.align(cloud, cloud)["degenerate"], verdict)
-                self.assertIn("degenerate yes", self.succeed("align", cloud, cloud))
-
     def test_a_name_that_is_no_utf8(self):
         name = bytes(self.directory) + b"/\xff.pcd"
         with open(name, "wb") as file:

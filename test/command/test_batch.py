@@ -20,7 +20,8 @@ class Manifests(BatchTest):
             with self.subTest(arguments):
                 results, summary = self.batch(self.manifest(rows), *arguments, "--force")
                 self.assertEqual(self.transforms(results), self.aligned_alone(rows, *arguments))
-                self.assertEqual((summary["pairs"], summary["converged"], summary["complete"]), (6, 6, True))
+                self.assertEqual((summary["pairs"], summary["converged"] + summary["at_the_limit"], summary["complete"]),
+                                 (6, 6, True))
         alone = self.align(self.path("scan_1.pcd"), self.path("scan_0.pcd"), "--reciprocal")
         for key in alone.keys() - {"source", "target", "device_bytes", "times_ms"}:
             self.assertEqual(results[0][key], alone[key], key)
@@ -201,7 +202,7 @@ class Outcomes(BatchTest):
         self.assertIn("scan_0.pcd onto far.pcd: did not converge: no correspondences", done.stdout)
         result = self.results()[2]
         self.assertEqual((result["status"], result["converged"]), ("not converged", False))
-        self.assertEqual(self.summary()["unsuccessful"][0]["why"], "no correspondences")
+        self.assertIn("no correspondences", self.summary()["unsuccessful"][0]["why"])
 
     def test_fail_fast(self):
         rows = [("none.pcd", "scan_0.pcd"), *self.pairs(40)]

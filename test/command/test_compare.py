@@ -62,6 +62,32 @@ class Compare(CommandTest):
             self.assertGreater(math.dist(*images), 2e-3, "the other metric has not got as far")
         self.assertIn("\nmetric      plane\n", self.succeed(*arguments, "--metric", "plane"))
 
+    def test_stock_without_an_answer(self):
+        """Where a plane leaves motions free stock's six equations are singular, and what follows from that ends PCL."""
+        square = [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (1.0, 1.0, 0.0)]
+        circle = [(math.cos(i / 9) * (2 + 0.3 * math.sin(i)), math.sin(i / 9) * 2, 0.0) for i in range(57)]
+        floor = [(x, y, 0.0) for x, y, _ in POINTS]
+        for points in (square, circle, floor):
+            source = self.write("flat_source.pcd", pcd([(x + 0.01, y, z + 0.1) for x, y, z in points]))
+            target = self.write("flat_target.pcd", pcd(points))
+            arguments = ["compare", source, target, "--metric", "plane"]
+            done = self.fail_with(NOT_CONVERGED, *arguments, names=[source, target, "stock: no answer: "])
+            self.assertRegex(done.stdout, r"\ntime +no answer +[0-9.]+ ms\n")
+            self.assertRegex(done.stdout, r"\niterations +no answer +\d+\n")
+            self.assertIn("\nstock: no answer: ", done.stdout)
+            done = self.fail_with(NOT_CONVERGED, *arguments, "--json", "-", names="stock: no answer")
+            result = json.loads(done.stdout)
+            self.assertEqual([result[key] for key in ("stock", "speedup", "difference", "agree")],
+                             [None, None, None, False])
+            self.assertTrue(result["stock_failure"])
+            self.assertAlmostEqual(result["plugin"]["transform"][2][3], -0.1, places=5)
+
+    def test_stock_that_takes_too_long(self):
+        arguments = ["compare", self.source, self.target, "--stock-limit", "1e-9", "--json", "-"]
+        done = self.fail_with(NOT_CONVERGED, *arguments, names="stock: no answer: no end within 1e-09 s")
+        result = json.loads(done.stdout)
+        self.assertTrue(result["plugin"]["converged"])
+
     def test_the_settings_reach_both(self):
         arguments = ["--iterations", "3", "--max-distance", "0.2", "--trim", "0.5", "--reciprocal", "--pipeline", "staged"]
         result = json.loads(self.succeed("compare", self.source, self.target, *arguments, "--json", "-"))

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <iterator>
 #include <limits>
 
 namespace pcl_gpu_icp::test {
@@ -11,18 +12,42 @@ namespace pcl_gpu_icp::test {
 using opencl::Shape;
 using opencl::Traits;
 
+namespace {
+
+bool isOwnMemory(const DeviceInfo& info, bool mapped) { return mapped == info.unified_memory; }
+
+template <typename Wanted>
+std::vector<DeviceCase> casesThat(const Wanted& wanted)
+{
+  std::vector<DeviceCase> cases;
+  std::copy_if(deviceCases().begin(), deviceCases().end(), std::back_inserter(cases), wanted);
+  return cases;
+}
+
+bool isKernelCase(const DeviceCase& device_case)
+{
+  return isOwnMemory(device_case.device.info(), device_case.traits.mapped_memory);
+}
+
+} // namespace
+
+bool DeviceCase::searches() const { return device.info().platform != "rusticl" || traits.shape != Shape::Chunked; }
+
+bool DeviceCase::inPasses() const { return traits.max_work_items == 1; }
+
 std::string DeviceCase::name() const
 {
   const DeviceInfo& info = device.info();
   return "P" + std::to_string(info.platform_index) + "D" + std::to_string(info.device_index) +
          (traits.shape == Shape::Chunked ? "_Chunked" : "_Grouped") +
-         (precision == Precision::Double ? "_Double" : "_Float") + (traits.mapped_memory ? "_Mapped" : "_Staged");
+         (precision == Precision::Double ? "_Double" : "_Float") + (traits.mapped_memory ? "_Mapped" : "_Staged") +
+         (inPasses() ? "_InPasses" : "");
 }
 
 std::size_t DeviceCase::mostPoints() const
 {
   const bool emulated = device.info().name.find("llvmpipe") != std::string::npos;
-  const std::size_t most = emulated ? 10'000 : 1'000'000;
+  const std::size_t most = inPasses() ? 2'500 : emulated ? 10'000 : 1'000'000;
   const char* limit = std::getenv("STAGES_TEST_MAX_POINTS");
   return limit ? std::min<std::size_t>(most, std::strtoull(limit, nullptr, 10)) : most;
 }
@@ -65,28 +90,33 @@ const std::vector<DeviceCase>& deviceCases()
             traits.shape = shape;
             traits.mapped_memory = mapped;
             result.push_back({device, traits, precision});
+            if (!isOwnMemory(device.info(), mapped))
+              continue;
+            traits.max_work_items = 1; // a work-group each
+            result.push_back({device, traits, precision});
           }
     return result;
   }();
   return cases;
 }
 
-std::vector<DeviceCase> kernelCases()
+std::vector<DeviceCase> kernelCases() { return casesThat(isKernelCase); }
+
+std::vector<DeviceCase> searchCases()
 {
-  std::vector<DeviceCase> cases;
-  for (const DeviceCase& device_case : deviceCases())
-    if (device_case.traits.mapped_memory == device_case.device.info().unified_memory)
-      cases.push_back(device_case);
-  return cases;
+  return casesThat([](const DeviceCase& c) { return isKernelCase(c) && c.searches(); });
+}
+
+std::vector<DeviceCase> wholeCases()
+{
+  return casesThat([](const DeviceCase& c) { return isKernelCase(c) && !c.inPasses(); });
 }
 
 std::vector<DeviceCase> memoryCases()
 {
-  std::vector<DeviceCase> cases;
-  for (const DeviceCase& device_case : deviceCases())
-    if (device_case.traits.shape == Shape::Chunked && device_case.precision == Precision::Float)
-      cases.push_back(device_case);
-  return cases;
+  return casesThat([](const DeviceCase& c) {
+    return c.traits.shape == Shape::Chunked && c.precision == Precision::Float && !c.inPasses();
+  });
 }
 
 std::ostream& operator<<(std::ostream& stream, const DeviceCase& device_case)

@@ -21,11 +21,18 @@ struct DeviceCase {
   opencl::Traits traits;
   Precision precision = Precision::Float;
 
-  /// Letters, digits and underscores, e.g. "P0D0_Chunked_Float_Mapped".
+  /// Whether the search on the device can be relied on: Mesa 22.3 miscompiles the chunked one, which Traits::of never
+  /// chooses there.
+  bool searches() const;
+
+  /// Whether every launch of more than one work-group runs in several passes.
+  bool inPasses() const;
+
+  /// Letters, digits and underscores, e.g. "P0D0_Chunked_Float_Mapped" or "P0D0_Grouped_Double_Staged_InPasses".
   std::string name() const;
 
-  /// The largest number of points to spend on this case: devices that interpret or emulate are slow. The environment
-  /// variable STAGES_TEST_MAX_POINTS lowers it, for running under oclgrind.
+  /// The largest number of points to spend on this case: devices that interpret or emulate are slow, and so are many
+  /// passes. The environment variable STAGES_TEST_MAX_POINTS lowers it, for running under oclgrind.
   std::size_t mostPoints() const;
 
   /// n points, or as many as to spend.
@@ -38,12 +45,19 @@ struct DeviceCase {
   double epsilon() const;
 };
 
-/// Every OpenCL device x kernel shape x precision that the device has x mapped and staged memory.
+/// Every OpenCL device x kernel shape x precision that the device has x mapped and staged memory, and in passes in the
+/// device's own memory.
 /// Empty when there is none, which Devices.AtLeastOneIsThere reports as a failure.
 const std::vector<DeviceCase>& deviceCases();
 
 /// Those of them in the device's own memory, for what depends on the kernels only.
 std::vector<DeviceCase> kernelCases();
+
+/// Those of them whose search can be relied on.
+std::vector<DeviceCase> searchCases();
+
+/// Those of them that launch whole.
+std::vector<DeviceCase> wholeCases();
 
 /// Those of them that differ in device and memory only, for what does not depend on the kernels.
 std::vector<DeviceCase> memoryCases();
@@ -62,6 +76,9 @@ std::string nameOf(const testing::TestParamInfo<Case>& info)
 
 #define RUN_WITH_EVERY_KERNEL(Suite)                                                                                   \
   INSTANTIATE_TEST_SUITE_P(, Suite, testing::ValuesIn(kernelCases()), nameOf<DeviceCase>)
+
+#define RUN_WITH_EVERY_SEARCH(Suite)                                                                                   \
+  INSTANTIATE_TEST_SUITE_P(, Suite, testing::ValuesIn(searchCases()), nameOf<DeviceCase>)
 
 #define RUN_WITH_EVERY_MEMORY(Suite)                                                                                   \
   INSTANTIATE_TEST_SUITE_P(, Suite, testing::ValuesIn(memoryCases()), nameOf<DeviceCase>)

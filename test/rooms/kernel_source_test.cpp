@@ -1,6 +1,7 @@
 // Kernel sources: embedded, or read from the directory that a developer names.
 #include "opencl/kernel_source.h"
 
+#include "kernel_files.h"
 #include "scoped_directory.h"
 #include "scoped_environment.h"
 
@@ -9,15 +10,13 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <sstream>
 
 namespace pcl_gpu_icp::test {
 
 using opencl::kernelSource;
 
 namespace {
-
-const char* const kernel_files[] = {
-    "gather.cl", "centroid.cl", "demean.cl", "cross_covariance.cl", "svd.cl", "rigid_transform.cl", "fused.cl"};
 
 std::size_t occurrences(const std::string& text, const std::string& part)
 {
@@ -27,11 +26,20 @@ std::size_t occurrences(const std::string& text, const std::string& part)
   return count;
 }
 
+std::string withoutComments(const std::string& source)
+{
+  std::istringstream lines(source);
+  std::string text, line;
+  while (std::getline(lines, line))
+    text += line.substr(0, line.find("//")) + "\n";
+  return text;
+}
+
 } // namespace
 
 TEST(KernelSource, IsEmbeddedForEveryKernel)
 {
-  for (const char* file : kernel_files)
+  for (const std::string& file : kernelFiles())
     EXPECT_NE(kernelSource(file).find("kernel void"), std::string::npos) << file;
 }
 
@@ -47,11 +55,18 @@ TEST(KernelSource, DoesNotDependOnTheWorkingDirectory)
 
 TEST(KernelSource, TakesEachHeaderInOnce)
 {
-  for (const char* file : kernel_files) {
+  for (const std::string& file : kernelFiles()) {
     const std::string source = kernelSource(file);
     EXPECT_EQ(occurrences(source, "#define POINTS_PER_BLOCK"), 1U) << file;
     EXPECT_EQ(occurrences(source, "#include"), 0U) << file;
   }
+}
+
+TEST(KernelSource, AsksOnlyForWhatIsTheSameInPasses)
+{
+  for (const std::string& file : kernelFiles())
+    for (const char* of_the_pass : {"get_group_id(", "get_num_groups(", "get_global_size(", "get_global_offset("})
+      EXPECT_EQ(occurrences(withoutComments(kernelSource(file)), of_the_pass), 0U) << file << ": " << of_the_pass;
 }
 
 TEST(KernelSource, CompilerMessagesNameFileAndLine)

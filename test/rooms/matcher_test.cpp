@@ -37,10 +37,7 @@ std::vector<MatcherCase> matcherCases()
 {
   std::vector<MatcherCase> cases;
   for (const DeviceCase& device : kernelCases()) {
-    // Mesa 22.3 miscompiles the chunked search, which Traits::of never chooses there.
-    const bool miscompiled =
-        device.device.info().platform == "rusticl" && device.traits.shape == opencl::Shape::Chunked;
-    if (!miscompiled)
+    if (device.searches())
       cases.push_back({device, Search::DeviceKdTree});
     cases.push_back({device, Search::PclKdTree});
   }

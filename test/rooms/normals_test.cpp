@@ -184,20 +184,6 @@ TEST_P(NormalEstimation, OtherNumbersOfNeighboursAreRefused)
   EXPECT_THROW(estimate(cloud, 33), InvalidArgument);
 }
 
-INSTANTIATE_TEST_SUITE_P(,
-                         NormalEstimation,
-                         testing::ValuesIn([] {
-                           // Mesa 22.3 miscompiles the chunked search, which Traits::of never chooses there.
-                           auto cases = kernelCases();
-                           cases.erase(std::remove_if(cases.begin(),
-                                                      cases.end(),
-                                                      [](const DeviceCase& device_case) {
-                                                        return device_case.device.info().platform == "rusticl" &&
-                                                               device_case.traits.shape == opencl::Shape::Chunked;
-                                                      }),
-                                       cases.end());
-                           return cases;
-                         }()),
-                         nameOf<DeviceCase>);
+RUN_WITH_EVERY_SEARCH(NormalEstimation);
 
 } // namespace pcl_gpu_icp::test

@@ -1,5 +1,6 @@
 // Programs: built once per options, and errors that carry the compiler's words.
 #include "device_cases.h"
+#include "kernel_files.h"
 #include "opencl/context.h"
 #include "scoped_directory.h"
 #include "scoped_environment.h"
@@ -29,16 +30,14 @@ protected:
 
 TEST_P(Program, EveryKernelCompilesWithoutAWarning)
 {
-  for (const char* file :
-       {"gather.cl", "centroid.cl", "demean.cl", "cross_covariance.cl", "svd.cl", "rigid_transform.cl", "fused.cl"})
+  for (const std::string& file : kernelFiles())
     EXPECT_NO_THROW(context().program(file, options() + " -Werror")) << file;
 }
 
 // A compiler that does not inline must still find every helper: C99's plain `inline` would leave it undefined.
 TEST_P(Program, EveryKernelCompilesWithoutOptimisation)
 {
-  for (const char* file :
-       {"gather.cl", "centroid.cl", "demean.cl", "cross_covariance.cl", "svd.cl", "rigid_transform.cl", "fused.cl"})
+  for (const std::string& file : kernelFiles())
     EXPECT_NO_THROW(context().program(file, options() + " -cl-opt-disable")) << file;
 }
 
@@ -80,7 +79,7 @@ TEST_P(Program, IsTriedAgainAfterAFailure)
   EXPECT_NO_THROW(context().program("late.cl", wanted));
 }
 
-RUN_WITH_EVERY_KERNEL(Program);
+INSTANTIATE_TEST_SUITE_P(, Program, testing::ValuesIn(wholeCases()), nameOf<DeviceCase>);
 
 TEST(Context, IsOnePerDevice)
 {

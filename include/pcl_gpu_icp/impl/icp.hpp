@@ -154,6 +154,7 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::computeTransformat
     this->final_transformation_ = guess;
     result_.reason = Reason::Error;
     result_.message = error.what();
+    result_.error = std::current_exception();
   }
   result_.converged = this->converged_;
   result_.iterations = this->nr_iterations_;

@@ -1,0 +1,156 @@
+#include "report/verdict.h"
+
+#include "report/format.h"
+
+#include <cmath>
+
+namespace pcl_gpu_icp::report {
+namespace {
+
+constexpr std::size_t fewest_pairs = 3; // PCL's minimum, and what determines a pose
+// A voxel as large as the cloud, cut by the planes x = 0, y = 0 and z = 0 that the grid has.
+constexpr std::size_t voxels_of_one = 8;
+
+bool isTooCoarse(const PointCounts& points) { return points.downsampled > points.used && points.used <= voxels_of_one; }
+
+std::string howItEnded(const AlignmentReport& report)
+{
+  const AlignmentResult& result = report.result;
+  switch (result.reason) {
+  case Reason::Iterations:
+    return result.iterations < report.iteration_limit
+               ? format("stopped after %d iterations, which repeat themselves", result.iterations)
+               : format("stopped at the limit of %d iterations", result.iterations);
+  case Reason::Transform:
+    return format("converged after %d iterations: the last one moved by less than the epsilons", result.iterations);
+  case Reason::AbsoluteMse:
+    return format("converged after %d iterations: the mean squared distance no longer changes", result.iterations);
+  case Reason::RelativeMse:
+    return format("converged after %d iterations: the mean squared distance changes by less than the epsilon",
+                  result.iterations);
+  default:
+    return format("%s after %d iterations", toString(result.reason), result.iterations);
+  }
+}
+
+std::string tooFewPairsText(const AlignmentReport& report)
+{
+  const std::size_t pairs = report.result.inliers;
+  std::string text = std::string(toString(report.result.reason)) + ": ";
+  text += pairs == 0 ? "no pair" : format("%zu pair%s", pairs, pairs == 1 ? "" : "s");
+  if (report.max_distance)
+    text += format(" within --max-distance %g", *report.max_distance);
+  if (pairs > 0)
+    text += format(", where %zu are needed", fewest_pairs);
+  if (report.nearest_distance)
+    text += format("; the nearest source point is %.6g from the target", *report.nearest_distance);
+  return text;
+}
+
+std::string undeterminedText(const AlignmentResult& result)
+{
+  if (result.inliers > 0 && result.inliers < fewest_pairs)
+    return format(
+        "%zu matched point%s, where %zu are needed", result.inliers, result.inliers == 1 ? "" : "s", fewest_pairs);
+  switch (degeneracyOf(result)) {
+  case Degeneracy::None:
+    return "nothing";
+  case Degeneracy::Sliding:
+    return format("of the six motions %d only slide along the surface, so they are left as they were",
+                  result.free_motions);
+  case Degeneracy::Line:
+    return "all matched points lie on one line, so the rotation about it is not determined";
+  case Degeneracy::Point:
+    return "all matched points are at one place, so the rotation is not determined";
+  case Degeneracy::Empty:
+    return "no points were matched, so nothing is determined";
+  }
+  return "unknown";
+}
+
+std::string tooCoarseText(const AlignmentReport& report)
+{
+  const bool source = isTooCoarse(report.source_points);
+  const PointCounts& points = source ? report.source_points : report.target_points;
+  return format("--leaf left %zu of the %zu points of the %s, as a single voxel might",
+                points.used,
+                points.in_file,
+                source ? "source" : "target");
+}
+
+} // namespace
+
+const char* toString(Verdict verdict)
+{
+  switch (verdict) {
+  case Verdict::Converged:
+    return "converged";
+  case Verdict::AtLimit:
+    return "at the limit";
+  case Verdict::GotWorse:
+    return "got worse";
+  case Verdict::Undetermined:
+    return "undetermined";
+  case Verdict::TooCoarse:
+    return "too coarse";
+  case Verdict::TooFewPairs:
+    return "too few pairs";
+  }
+  return "unknown";
+}
+
+Verdict verdictOf(const AlignmentReport& report)
+{
+  const AlignmentResult& result = report.result;
+  if (!result.converged) // an error has been thrown by then
+    return Verdict::TooFewPairs;
+  if (isTooCoarse(report.source_points) || isTooCoarse(report.target_points))
+    return Verdict::TooCoarse;
+  if (degeneracyOf(result) != Degeneracy::None)
+    return Verdict::Undetermined;
+  if (result.reason != Reason::Iterations)
+    return Verdict::Converged;
+  return changeOfDistance(report) > 0 ? Verdict::GotWorse : Verdict::AtLimit;
+}
+
+double changeOfDistance(const AlignmentReport& report)
+{
+  const double change = report.result.truncated_rmse - report.result.truncated_rmse_before;
+  return std::abs(change) <= report.resolution ? 0 : change;
+}
+
+Degeneracy degeneracyOf(const AlignmentResult& result)
+{
+  constexpr Degeneracy of_few[fewest_pairs] = {Degeneracy::Empty, Degeneracy::Point, Degeneracy::Line};
+  return result.inliers < fewest_pairs ? of_few[result.inliers] : result.degeneracy;
+}
+
+std::string degeneracyText(const AlignmentResult& result)
+{
+  return degeneracyOf(result) == Degeneracy::None ? "no" : "yes: " + undeterminedText(result);
+}
+
+std::string verdictText(const AlignmentReport& report)
+{
+  const std::string no_answer = "no answer: ";
+  switch (verdictOf(report)) {
+  case Verdict::Converged:
+    return howItEnded(report);
+  case Verdict::AtLimit:
+    return howItEnded(report) + ", before it converged";
+  case Verdict::GotWorse:
+    return no_answer + howItEnded(report) +
+           format(", farther from the target than at the guess: RMSE %.6g before, %.6g after",
+                  report.result.truncated_rmse_before,
+                  report.result.truncated_rmse);
+  case Verdict::Undetermined:
+    return no_answer + "the pose is not determined: " + undeterminedText(report.result);
+  case Verdict::TooCoarse:
+    return no_answer + tooCoarseText(report);
+  case Verdict::TooFewPairs:
+    return "did not converge: " + tooFewPairsText(report);
+  }
+  return "unknown";
+}
+
+} // namespace pcl_gpu_icp::report

@@ -1,0 +1,38 @@
+#pragma once
+
+#include "report/alignment_report.h"
+
+#include <string>
+
+namespace pcl_gpu_icp::report {
+
+/// What an alignment came to: exit codes, the status of a batch's pairs and what is said of them follow from it.
+enum class Verdict {
+  Converged,
+  AtLimit,      ///< the iterations ended before they converged, no farther from the target than at the guess
+  GotWorse,     ///< they ended before they converged, farther from the target than at the guess
+  Undetermined, ///< the matched points leave motions free
+  TooCoarse,    ///< the voxel grid left what a single voxel would leave
+  TooFewPairs,
+};
+
+const char* toString(Verdict verdict);
+
+Verdict verdictOf(const AlignmentReport& report);
+
+/// Whether there is a transform to go on with. At the iteration limit there is, as in PCL.
+constexpr bool isAnswer(Verdict verdict) { return verdict == Verdict::Converged || verdict == Verdict::AtLimit; }
+
+/// Positive where the source is farther from the target than at the guess; 0 where float coordinates cannot tell.
+double changeOfDistance(const AlignmentReport& report);
+
+/// What the pairs leave undetermined, those too few to be estimated from included.
+Degeneracy degeneracyOf(const AlignmentResult& result);
+
+/// The same in words; "no" for nothing.
+std::string degeneracyText(const AlignmentResult& result);
+
+/// How the alignment ended and, where that is no answer, why not.
+std::string verdictText(const AlignmentReport& report);
+
+} // namespace pcl_gpu_icp::report
