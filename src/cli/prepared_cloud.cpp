@@ -30,7 +30,7 @@ std::size_t removeWhere(std::vector<Point>& points, Condition condition)
   return removed;
 }
 
-/// Whole numbers near the middle of the points; a few points far from the others do not move it.
+/// The median of each coordinate: a few points far from the others do not move it.
 Point middle(const std::vector<Point>& points)
 {
   Point result;
@@ -39,7 +39,7 @@ Point middle(const std::vector<Point>& points)
     std::transform(points.begin(), points.end(), values.begin(), [axis](const Point& point) { return point[axis]; });
     const auto median = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
     std::nth_element(values.begin(), median, values.end());
-    result[axis] = std::round(*median);
+    result[axis] = *median;
   }
   return result;
 }
