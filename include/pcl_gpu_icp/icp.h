@@ -15,7 +15,10 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <string>
 #include <unordered_set>
+#include <utility>
+#include <vector>
 
 namespace pcl_gpu_icp {
 
@@ -30,9 +33,11 @@ namespace pcl_gpu_icp {
 /// Where it differs from pcl::IterativeClosestPoint 1.12-1.15, it is to keep PCL's documented behaviour:
 /// - non-finite points never take part, whatever is_dense says;
 /// - setIndices() is honoured: only those source points are matched, and the output holds just them;
-/// - the source is transformed from the original by the accumulated transform, so rounding does not drift;
+/// - the source is transformed from the original by the accumulated transform, so rounding does not drift; an estimator
+///   of the caller's is handed, to the bit, the cloud and the correspondences that PCL would hand it;
 /// - the convergence criteria start afresh in every align();
-/// - an align() that cannot start leaves hasConverged() false and the final transformation at the identity.
+/// - an align() that cannot start leaves hasConverged() false and the final transformation at the identity;
+/// - setInputSource() and setInputTarget() with a null pointer or an empty cloud forget the one before.
 ///
 /// Errors: what ends an alignment is reported through PCL_ERROR; hasConverged() is false, the final transformation is
 /// the guess, and getResult() has the cause. align() does not throw.
@@ -45,6 +50,7 @@ public:
   using ConstPtr = pcl::shared_ptr<const IterativeClosestPoint>;
   using typename Base::Matrix4;
   using typename Base::PointCloudSource;
+  using typename Base::PointCloudSourceConstPtr;
   using typename Base::PointCloudTarget;
   using typename Base::PointCloudTargetConstPtr;
 
@@ -100,17 +106,19 @@ public:
   /// What the last align() did.
   const AlignmentResult& getResult() const { return result_; }
 
+  void setInputSource(const PointCloudSourceConstPtr& cloud) override;
   void setInputTarget(const PointCloudTargetConstPtr& cloud) override;
 
   /// Aligns on a lane from now on, with what others left there on its device.
   void enter(DeviceLane& lane);
-  /// Leaves there what the next one can use, and has nothing on the device any more.
+  /// Leaves there what the next one can use, and has nothing on the device any more. Device and threads are then those
+  /// from before enter().
   void leave(DeviceLane& lane);
 
 protected:
   void computeTransformation(PointCloudSource& output, const Matrix4& guess) override;
 
-  /// As pcl::IterativeClosestPoint::transformCloud, computed in double.
+  /// As pcl::IterativeClosestPoint::transformCloud, computed in double; in float where PCL's own bits are asked for.
   void transformCloud(const PointCloudSource& input, PointCloudSource& output, const Matrix4& transform) override;
 
 private:
@@ -119,16 +127,23 @@ private:
 
   /// PCL's criteria, told the mean squared distance instead of adding it up from a list of correspondences, and without
   /// the last alignment's. The step from one pose to the next is a function of the pose as float32 holds it, so a
-  /// mean squared distance that was there before, to the bit, comes again and again: that counts as no change.
+  /// mean squared distance that was there before, to the bit, comes again and again: where the pairs are those of the
+  /// iteration before, that counts as no change. Where rejectors make them alternate it does not, as in PCL.
   class ConvergenceCriteria : public pcl::registration::DefaultConvergenceCriteria<Scalar> {
   public:
     using pcl::registration::DefaultConvergenceCriteria<Scalar>::DefaultConvergenceCriteria;
     void startAfresh();
-    void setMeanSquaredDistance(double value) { mean_squared_distance_ = value; }
+    bool knows(double mean_squared_distance) const { return earlier_.count(mean_squared_distance) > 0; }
+    void tell(double mean_squared_distance, bool same_pairs)
+    {
+      mean_squared_distance_ = mean_squared_distance;
+      same_pairs_ = same_pairs;
+    }
     bool hasConverged() override;
 
   private:
     double mean_squared_distance_ = 0;
+    bool same_pairs_ = false;            ///< as in the iteration before
     std::unordered_set<double> earlier_; ///< mean squared distances of this alignment
   };
 
@@ -138,7 +153,10 @@ private:
   RigidTransform estimateIncrement(const RigidTransform& pose) override;
   bool finished(const RigidTransform& increment, const RigidTransform& pose) override;
 
+  bool canStart();
   bool indicesAreValid();
+  void endBeforeTheStart(const std::string& why);
+  std::string whyTooFewMatched() const;
   void prepare(const Matrix4& guess);
   void prepareMatching();
   void prepareMatchingOnDevice();
@@ -149,6 +167,8 @@ private:
   void prepareRejectors();
   void matchOnDevice(const RigidTransform& pose);
   void keepMutual(const RigidTransform& pose);
+  void measureAsPclDoes();
+  bool pairsAreThoseBefore() const;
   void queryCallersSearch();
   void queryCallersCorrespondenceEstimation();
   void rejectCorrespondences();
@@ -164,8 +184,10 @@ private:
   bool usesAllPoints() const { return this->indices_->size() == this->input_->size(); }
 
   std::optional<Device> device_;
-  std::shared_ptr<DeviceShare> share_; ///< of a lane's device,
-  std::shared_ptr<TargetCache> cache_; ///< and the targets that are there
+  std::shared_ptr<DeviceShare> share_;   ///< of a lane's device,
+  std::shared_ptr<TargetCache> cache_;   ///< and the targets that are there
+  std::optional<Device> device_outside_; ///< of lanes,
+  unsigned int threads_outside_ = 0;     ///< and as many threads
   Pipeline pipeline_ = Pipeline::Fused;
   CorrespondenceSearch search_ = CorrespondenceSearch::PclKdTree;
   bool accelerated_ = false;
@@ -198,6 +220,8 @@ private:
   pcl::IndicesPtr finite_indices_;              ///< source points that take part,
   std::uint64_t matched_source_ = 0;            ///< and their fingerprint while matcher_ holds them
   typename PointCloudSource::Ptr moved_source_; ///< the source at the current pose; null when nobody looks at it
+  bool moves_as_pcl_ = false;                   ///< it goes on by each increment, in float, as PCL's does
+  pcl::Correspondences correspondences_before_; ///< of the iteration before, when others than matcher_ estimate
   RigidTransform matched_pose_;                 ///< where the source was matched last
   std::size_t searched_ = 0;                    ///< source points searched for in this iteration
   std::size_t matched_ = 0;                     ///< correspondences of this iteration,

@@ -11,6 +11,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
+#include <vector>
 
 namespace pcl_gpu_icp {
 
@@ -34,7 +36,8 @@ bool IterativeClosestPoint<PointSource, PointTarget, Scalar>::match(const RigidT
   matched_pose_ = pose;
   {
     const Stopwatch watch(result_.host_times, "search");
-    if (moved_source_)
+    // As PCL moves it, the guess comes first and each increment when it is known.
+    if (moved_source_ && !(moves_as_pcl_ && this->nr_iterations_ > 0))
       this->transformCloud(*this->input_, *moved_source_, matrixOf(pose));
     if (matches_on_device_)
       matchOnDevice(pose);
@@ -54,7 +57,10 @@ bool IterativeClosestPoint<PointSource, PointTarget, Scalar>::match(const RigidT
       mean_squared_residual_ = mean_squared_distance_;
   }
   if (auto* own = dynamic_cast<ConvergenceCriteria*>(this->convergence_criteria_.get()))
-    own->setMeanSquaredDistance(mean_squared_distance_);
+    own->tell(mean_squared_distance_,
+              increment_from_matching_ || (own->knows(mean_squared_distance_) && pairsAreThoseBefore()));
+  if (lists_correspondences_ && !increment_from_matching_)
+    correspondences_before_ = *this->correspondences_;
   if (this->nr_iterations_ == 0)
     result_.rmse_before = std::sqrt(mean_squared_distance_);
 
@@ -87,6 +93,35 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::matchOnDevice(cons
   if (this->use_reciprocal_correspondence_)
     keepMutual(pose);
   listCorrespondences(matches_);
+  if (moves_as_pcl_)
+    measureAsPclDoes();
+}
+
+/// A caller's estimator may weigh pairs by their distance, and rejectors sort by it.
+template <typename PointSource, typename PointTarget, typename Scalar>
+void IterativeClosestPoint<PointSource, PointTarget, Scalar>::measureAsPclDoes()
+{
+  for (pcl::Correspondence& c : *this->correspondences_) {
+    const PointSource& from = (*moved_source_)[c.index_query];
+    const PointTarget& to = (*this->target_)[c.index_match];
+    const float x = from.x - to.x, y = from.y - to.y, z = from.z - to.z;
+    c.distance = x * x + y * y + z * z;
+  }
+}
+
+template <typename PointSource, typename PointTarget, typename Scalar>
+bool IterativeClosestPoint<PointSource, PointTarget, Scalar>::pairsAreThoseBefore() const
+{
+  // Rejectors may sort by distance.
+  const auto sorted = [](const pcl::Correspondences& correspondences) {
+    std::vector<std::pair<pcl::index_t, pcl::index_t>> pairs;
+    pairs.reserve(correspondences.size());
+    for (const pcl::Correspondence& c : correspondences)
+      pairs.emplace_back(c.index_query, c.index_match);
+    std::sort(pairs.begin(), pairs.end());
+    return pairs;
+  };
+  return sorted(*this->correspondences_) == sorted(correspondences_before_);
 }
 
 template <typename PointSource, typename PointTarget, typename Scalar>

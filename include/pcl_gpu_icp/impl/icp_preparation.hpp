@@ -261,7 +261,7 @@ bool IterativeClosestPoint<PointSource, PointTarget, Scalar>::ConvergenceCriteri
   const double translation_sq =
       increment(0, 3) * increment(0, 3) + increment(1, 3) * increment(1, 3) + increment(2, 3) * increment(2, 3);
   const double previous = this->correspondences_prev_mse_;
-  const bool recurs = !earlier_.insert(mean_squared_distance_).second;
+  const bool recurs = !earlier_.insert(mean_squared_distance_).second && same_pairs_;
   const double change = recurs ? 0 : std::abs(mean_squared_distance_ - previous);
   this->correspondences_cur_mse_ = mean_squared_distance_;
 
@@ -304,6 +304,9 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::prepareRejectors()
   const bool somebody_looks = !matches_on_device_ || !(estimatesOnDevice() || increment_from_matching_) ||
                               this->need_source_blob_ || this->update_visualizer_;
   moved_source_.reset(somebody_looks ? new PointCloudSource(*this->input_) : nullptr);
+  // Extrapolated poses are no chain of increments.
+  moves_as_pcl_ = !estimatesOnDevice() && !planes_ && !accelerated_;
+  correspondences_before_.clear();
 
   pcl::PCLPointCloud2::Ptr target_blob(new pcl::PCLPointCloud2);
   if (this->need_target_blob_)
