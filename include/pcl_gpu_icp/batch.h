@@ -2,6 +2,7 @@
 
 #include <pcl_gpu_icp/batch_lanes.h>
 #include <pcl_gpu_icp/icp.h>
+#include <pcl_gpu_icp/matrix.h>
 
 #include <pcl/point_cloud.h>
 
@@ -21,7 +22,7 @@ namespace pcl_gpu_icp {
 ///     for (const auto& scan : scans)
 ///       batch.add<pcl::PointXYZ, pcl::PointXYZ>(scan, map, [](auto& icp) { icp.setMaximumIterations(30); });
 ///     for (const pcl_gpu_icp::BatchResult& result : batch.run())
-///       use(result.transform);
+///       use(pcl_gpu_icp::toMatrix(result.transform)); // an Eigen::Matrix4f
 ///
 /// Targets of the same coordinates share one tree on a device.
 class BatchAligner {

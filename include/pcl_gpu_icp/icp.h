@@ -15,7 +15,10 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <string>
 #include <unordered_set>
+#include <utility>
+#include <vector>
 
 namespace pcl_gpu_icp {
 
@@ -30,13 +33,15 @@ namespace pcl_gpu_icp {
 /// Where it differs from pcl::IterativeClosestPoint 1.12-1.15, it is to keep PCL's documented behaviour:
 /// - non-finite points, and those beyond largest_coordinate, never take part, whatever is_dense says;
 /// - setIndices() is honoured: only those source points are matched, and the output holds just them;
-/// - the source is transformed from the original by the accumulated transform, so rounding does not drift;
+/// - the source is transformed from the original by the accumulated transform, so rounding does not drift; an estimator
+///   of the caller's is handed, to the bit, the cloud and the correspondences that PCL would hand it;
 /// - the convergence criteria start afresh in every align();
 /// - an align() that cannot start leaves hasConverged() false and the final transformation at the identity;
 /// - the default threshold of the mean squared distance, 1e-12 in PCL whatever the unit, is (1e-5 s)^2, where s is the
 ///   target's surfaceSpacing(); setAbsoluteMSE() sets it as in PCL;
 /// - a guess that is not isRigid() is an error, unless the caller's own estimator, which may scale, makes the
 /// increments.
+/// - setInputSource() and setInputTarget() with a null pointer or an empty cloud forget the one before.
 ///
 /// Errors: what ends an alignment is reported through PCL_ERROR; hasConverged() is false, the final transformation is
 /// the guess, and getResult() has the cause. align() does not throw.
@@ -49,6 +54,7 @@ public:
   using ConstPtr = pcl::shared_ptr<const IterativeClosestPoint>;
   using typename Base::Matrix4;
   using typename Base::PointCloudSource;
+  using typename Base::PointCloudSourceConstPtr;
   using typename Base::PointCloudTarget;
   using typename Base::PointCloudTargetConstPtr;
 
@@ -104,17 +110,19 @@ public:
   /// What the last align() did.
   const AlignmentResult& getResult() const { return result_; }
 
+  void setInputSource(const PointCloudSourceConstPtr& cloud) override;
   void setInputTarget(const PointCloudTargetConstPtr& cloud) override;
 
   /// Aligns on a lane from now on, with what others left there on its device.
   void enter(DeviceLane& lane);
-  /// Leaves there what the next one can use, and has nothing on the device any more.
+  /// Leaves there what the next one can use, and has nothing on the device any more. Device and threads are then those
+  /// from before enter().
   void leave(DeviceLane& lane);
 
 protected:
   void computeTransformation(PointCloudSource& output, const Matrix4& guess) override;
 
-  /// As pcl::IterativeClosestPoint::transformCloud, computed in double.
+  /// As pcl::IterativeClosestPoint::transformCloud, computed in double; in float where PCL's own bits are asked for.
   void transformCloud(const PointCloudSource& input, PointCloudSource& output, const Matrix4& transform) override;
 
 private:
@@ -124,8 +132,7 @@ private:
   /// PCL's criteria, told the mean squared distance instead of adding it up from a list of correspondences, without the
   /// last alignment's, and with a default for the absolute threshold that follows from the spacing. The step from one
   /// pose to the next is a function of the pose as float32 holds it, so a mean squared distance that was there before,
-  /// to the bit, comes again and again: that counts as no change or, where more than last digits changes on the way, as
-  /// the iteration limit.
+  /// to the bit, comes again and again: that counts as no change, where no more than last digits change on the way.
   class ConvergenceCriteria : public pcl::registration::DefaultConvergenceCriteria<Scalar> {
   public:
     ConvergenceCriteria(const int& iterations, const Matrix4& increment, const pcl::Correspondences& correspondences);
@@ -145,7 +152,10 @@ private:
   RigidTransform estimateIncrement(const RigidTransform& pose) override;
   bool finished(const RigidTransform& increment, const RigidTransform& pose) override;
 
+  bool canStart();
   bool indicesAreValid();
+  void endBeforeTheStart(const std::string& why);
+  std::string whyTooFewMatched() const;
   void prepare(const Matrix4& guess);
   void prepareMatching();
   void prepareMatchingOnDevice();
@@ -157,6 +167,7 @@ private:
   void prepareRejectors();
   void matchOnDevice(const RigidTransform& pose);
   void keepMutual(const RigidTransform& pose);
+  void measureAsPclDoes();
   void queryCallersSearch();
   void queryCallersCorrespondenceEstimation();
   void rejectCorrespondences();
@@ -175,8 +186,10 @@ private:
   bool usesAllPoints() const { return this->indices_->size() == this->input_->size(); }
 
   std::optional<Device> device_;
-  std::shared_ptr<DeviceShare> share_; ///< of a lane's device,
-  std::shared_ptr<TargetCache> cache_; ///< and the targets that are there
+  std::shared_ptr<DeviceShare> share_;   ///< of a lane's device,
+  std::shared_ptr<TargetCache> cache_;   ///< and the targets that are there
+  std::optional<Device> device_outside_; ///< of lanes,
+  unsigned int threads_outside_ = 0;     ///< and as many threads
   Pipeline pipeline_ = Pipeline::Fused;
   CorrespondenceSearch search_ = CorrespondenceSearch::PclKdTree;
   bool accelerated_ = false;
@@ -209,6 +222,7 @@ private:
   pcl::IndicesPtr finite_indices_;              ///< source points that take part: finite and not too far,
   std::uint64_t matched_source_ = 0;            ///< and their fingerprint while matcher_ holds them
   typename PointCloudSource::Ptr moved_source_; ///< the source at the current pose; null when nobody looks at it
+  bool moves_as_pcl_ = false;                   ///< it goes on by each increment, in float, as PCL's does
   RigidTransform matched_pose_;                 ///< where the source was matched last
   std::size_t searched_ = 0;                    ///< source points searched for in this iteration
   std::size_t matched_ = 0;                     ///< correspondences of this iteration,

@@ -96,7 +96,7 @@ using StageTimes = std::map<std::string, StageTime>;
 struct AlignmentResult {
   bool converged = false;
   Reason reason = Reason::NotRun;
-  std::string message;      ///< the cause, when reason is Error,
+  std::string message;      ///< the cause, when reason is Error, Cancelled or NoCorrespondences,
   std::exception_ptr error; ///< and the exception; null where there was none
   int iterations = 0;
   std::vector<std::size_t> searched; ///< of each iteration, source points whose match had to be searched for

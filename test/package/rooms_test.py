@@ -35,6 +35,7 @@ HEADER_ROOMS = {
     "icp_loop.h": "engine",
     "device_lane.h": "engine",
     "batch_lanes.h": "engine",
+    "matrix.h": "pcl",
 }
 
 PCL_ROOMS = {"pcl", "report", "cli"}

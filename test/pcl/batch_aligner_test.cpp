@@ -366,6 +366,64 @@ TEST(BatchAligner, SeveralDevices)
     expectSame(results[i], alignAlone(pairs[i], [](Icp& icp) { icp.setMaximumIterations(5); }));
 }
 
+TEST(BatchAligner, TransformsAreHandedToEigen)
+{
+  const auto pairs = pairsOf(1);
+  BatchAligner batch;
+  batch.add<Point, Point>(pairs[0].source, pairs[0].target);
+  const auto results = batch.run();
+  Icp icp;
+  icp.setInputSource(pairs[0].source);
+  icp.setInputTarget(pairs[0].target);
+  icp.alignWithoutOutput();
+  const Eigen::Matrix4f matrix = toMatrix(results[0].transform);
+  EXPECT_EQ(matrix, icp.getFinalTransformation());
+  EXPECT_EQ(toMatrix<double>(results[0].transform), matrix.cast<double>());
+}
+
+TEST(BatchAligner, AnAlignerThatLeftALaneIsWhatItWasBefore)
+{
+  const auto pairs = pairsOf(1);
+  const auto parts = Device::select("cpu").partition(1);
+  DeviceLane lane(parts[0], nullptr, std::make_shared<TargetCache>());
+  for (const unsigned threads : {0U, 3U}) {
+    const auto configure = [&](Icp& icp) {
+      icp.setDevice(Device::select("cpu"));
+      icp.setNumberOfThreads(threads);
+      icp.setInputSource(pairs[0].source);
+      icp.setInputTarget(pairs[0].target);
+    };
+    Icp fresh, returned;
+    configure(fresh);
+    configure(returned);
+    fresh.alignWithoutOutput();
+    BatchAligner::align(lane, returned);
+    EXPECT_EQ(returned.getResult().threads, threads > 0 ? threads : lane.threads);
+    EXPECT_EQ(returned.getResult().device.compute_units, 1U);
+    EXPECT_EQ(returned.getNumberOfThreads(), fresh.getNumberOfThreads());
+    Cloud output;
+    returned.align(output);
+    EXPECT_EQ(returned.getFinalTransformation(), fresh.getFinalTransformation());
+    EXPECT_EQ(returned.getResult().threads, fresh.getResult().threads);
+    EXPECT_EQ(returned.getResult().device.compute_units, fresh.getResult().device.compute_units);
+    EXPECT_EQ(output.size(), pairs[0].source->size());
+  }
+}
+
+TEST(BatchAligner, ACallbackThatThrowsInAnAlignmentWithoutOutputTakesNoOutputFromTheNext)
+{
+  const auto pairs = pairsOf(1);
+  Icp icp;
+  icp.setInputSource(pairs[0].source);
+  icp.setInputTarget(pairs[0].target);
+  icp.setIterationCallback([](int, double, std::size_t) { throw 1; });
+  EXPECT_THROW(icp.alignWithoutOutput(), int);
+  icp.setIterationCallback(nullptr);
+  Cloud output;
+  icp.align(output);
+  EXPECT_EQ(output.size(), pairs[0].source->size());
+}
+
 TEST(BatchAligner, MissingCloudsAreRefused)
 {
   BatchAligner batch;

@@ -44,8 +44,7 @@ Eigen::Matrix4f alignInBatch()
   for (int pair = 0; pair < 2; ++pair)
     batch.add<PointXYZ, PointXYZ>(source, target, [](auto& icp) { icp.setMaximumIterations(5); });
   const auto results = batch.run();
-  return results[0].alignment.converged ? pcl_gpu_icp::detail::toMatrix<float>(results[0].transform)
-                                        : Eigen::Matrix4f::Zero();
+  return results[0].alignment.converged ? pcl_gpu_icp::toMatrix(results[0].transform) : Eigen::Matrix4f::Zero();
 }
 
 Eigen::Matrix4f estimate()

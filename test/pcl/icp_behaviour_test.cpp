@@ -239,7 +239,53 @@ TEST_F(IcpBehaviour, AnAlignThatCannotStartClearsTheLastOne)
   forgetful.align(output);
   EXPECT_FALSE(forgetful.hasConverged());
   EXPECT_EQ(forgetful.getFinalTransformation(), identity);
-  EXPECT_EQ(forgetful.getResult().reason, Reason::NotRun);
+  EXPECT_EQ(forgetful.getResult().reason, Reason::Error);
+  EXPECT_NE(forgetful.getResult().message.find("there is no source"), std::string::npos);
+}
+
+TEST_F(IcpBehaviour, NoCloudAndAnEmptyOneAreErrorsThatSaySo)
+{
+  const auto outcomeOf = [](Icp& aligner) {
+    Cloud output;
+    aligner.align(output, scenes::smallMotion().matrix());
+    EXPECT_FALSE(aligner.hasConverged());
+    EXPECT_EQ(aligner.getFinalTransformation(), identity);
+    EXPECT_EQ(aligner.getFitnessScore(), std::numeric_limits<double>::max());
+    EXPECT_EQ(aligner.getResult().reason, Reason::Error);
+    return aligner.getResult().message;
+  };
+  EXPECT_NE(outcomeOf(icp).find("there is no source"), std::string::npos);
+  icp.setInputSource(source);
+  EXPECT_NE(outcomeOf(icp).find("there is no target"), std::string::npos);
+  // They do not leave an earlier cloud in place, either.
+  for (const Cloud::Ptr& none : {Cloud::Ptr(), Cloud::Ptr(new Cloud)}) {
+    icp.setInputSource(source);
+    icp.setInputTarget(target);
+    icp.setInputTarget(none);
+    EXPECT_NE(outcomeOf(icp).find("there is no target"), std::string::npos);
+    icp.setInputTarget(target);
+    icp.setInputSource(none);
+    EXPECT_NE(outcomeOf(icp).find("there is no source"), std::string::npos);
+  }
+  alignWith(icp, source, target, twenty_iterations, identity);
+  EXPECT_TRUE(icp.hasConverged());
+  EXPECT_EQ(icp.getResult().message, "");
+}
+
+TEST_F(IcpBehaviour, TooFewCorrespondencesSayWhy)
+{
+  const Cloud::Ptr all_nan(new Cloud(100, 1, PointXYZ(not_a_number, not_a_number, not_a_number)));
+  const auto messageOf = [&](const Cloud::Ptr& from, const Cloud::Ptr& onto) {
+    alignWith(
+        icp, from, onto, [](auto& aligner) { aligner.setMaxCorrespondenceDistance(1e-9); }, identity);
+    EXPECT_FALSE(icp.hasConverged());
+    EXPECT_EQ(icp.getResult().reason, Reason::NoCorrespondences);
+    return icp.getResult().message;
+  };
+  EXPECT_EQ(messageOf(all_nan, target), "No point of the source is finite.");
+  EXPECT_EQ(messageOf(source, all_nan), "No point of the target is finite.");
+  EXPECT_EQ(messageOf(source, target),
+            "Not enough correspondences found: 0, where 3 are needed. Relax your threshold parameters.");
 }
 
 TEST_F(IcpBehaviour, IndicesOutsideTheSourceAreRefused)

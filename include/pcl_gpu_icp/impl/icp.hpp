@@ -89,8 +89,26 @@ unsigned int IterativeClosestPoint<PointSource, PointTarget, Scalar>::getNumberO
 }
 
 template <typename PointSource, typename PointTarget, typename Scalar>
+void IterativeClosestPoint<PointSource, PointTarget, Scalar>::setInputSource(const PointCloudSourceConstPtr& cloud)
+{
+  if (!cloud || cloud->empty()) {
+    PCL_ERROR("[pcl_gpu_icp::%s::setInputSource] Invalid or empty point cloud dataset given!\n",
+              this->getClassName().c_str());
+    this->input_.reset();
+    return;
+  }
+  Base::setInputSource(cloud);
+}
+
+template <typename PointSource, typename PointTarget, typename Scalar>
 void IterativeClosestPoint<PointSource, PointTarget, Scalar>::setInputTarget(const PointCloudTargetConstPtr& cloud)
 {
+  if (!cloud || cloud->empty()) {
+    PCL_ERROR("[pcl_gpu_icp::%s::setInputTarget] Invalid or empty point cloud dataset given!\n",
+              this->getClassName().c_str());
+    this->target_.reset();
+    return;
+  }
   Base::setInputTarget(cloud);
   // PCL asks the source's fields here.
   this->target_has_normals_ = detail::hasField<PointTarget>("normal_x");
@@ -109,7 +127,7 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::align(PointCloudSo
   this->nr_iterations_ = 0;
   this->final_transformation_ = this->transformation_ = this->previous_transformation_ = Matrix4::Identity();
   result_ = {};
-  if (!indicesAreValid())
+  if (!canStart())
     return;
   tree_just_built_ = this->target_cloud_updated_ && !this->force_no_recompute_;
   nearest_tree_->setDeferred(search_ == CorrespondenceSearch::DeviceKdTree);
@@ -117,19 +135,37 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::align(PointCloudSo
 }
 
 template <typename PointSource, typename PointTarget, typename Scalar>
+void IterativeClosestPoint<PointSource, PointTarget, Scalar>::endBeforeTheStart(const std::string& why)
+{
+  result_.reason = Reason::Error;
+  result_.message = why;
+  PCL_ERROR("[pcl_gpu_icp::%s::align] %s\n", this->getClassName().c_str(), why.c_str());
+}
+
+template <typename PointSource, typename PointTarget, typename Scalar>
+bool IterativeClosestPoint<PointSource, PointTarget, Scalar>::canStart()
+{
+  if (!this->input_)
+    endBeforeTheStart("there is no source: setInputSource() was given no cloud, or an empty one");
+  else if (!this->target_)
+    endBeforeTheStart("there is no target: setInputTarget() was given no cloud, or an empty one");
+  else
+    return indicesAreValid();
+  return false;
+}
+
+template <typename PointSource, typename PointTarget, typename Scalar>
 bool IterativeClosestPoint<PointSource, PointTarget, Scalar>::indicesAreValid()
 {
-  if (!this->input_ || !this->indices_)
+  if (!this->indices_)
     return true;
   const auto count = static_cast<std::ptrdiff_t>(this->input_->size());
   const auto stray = std::find_if(
       this->indices_->begin(), this->indices_->end(), [&](auto index) { return index < 0 || index >= count; });
   if (this->fake_indices_ || stray == this->indices_->end())
     return true;
-  result_.reason = Reason::Error;
-  result_.message = "index " + std::to_string(*stray) + " of setIndices() is outside of the source's " +
-                    std::to_string(count) + " points";
-  PCL_ERROR("[pcl_gpu_icp::%s::align] %s\n", this->getClassName().c_str(), result_.message.c_str());
+  endBeforeTheStart("index " + std::to_string(*stray) + " of setIndices() is outside of the source's " +
+                    std::to_string(count) + " points");
   return false;
 }
 
@@ -159,6 +195,7 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::computeTransformat
   result_.converged = this->converged_;
   result_.iterations = this->nr_iterations_;
   moved_source_.reset();
+  moves_as_pcl_ = false;
 
   if (!with_output_)
     return;
@@ -205,8 +242,11 @@ bool IterativeClosestPoint<PointSource, PointTarget, Scalar>::finished(const Rig
 
   if (iteration_callback_)
     iteration_callback_(this->nr_iterations_, std::sqrt(mean_squared_distance_), result_.searched.back());
+  if (moves_as_pcl_)
+    this->transformCloud(*moved_source_, *moved_source_, this->transformation_);
   if (this->update_visualizer_) {
-    this->transformCloud(*this->input_, *moved_source_, this->final_transformation_);
+    if (!moves_as_pcl_)
+      this->transformCloud(*this->input_, *moved_source_, this->final_transformation_);
     pcl::Indices source_indices, target_indices;
     for (const pcl::Correspondence& c : *this->correspondences_) {
       source_indices.push_back(c.index_query);
@@ -235,12 +275,22 @@ IterativeClosestPoint<PointSource, PointTarget, Scalar>::matrixOf(const RigidTra
 }
 
 template <typename PointSource, typename PointTarget, typename Scalar>
+std::string IterativeClosestPoint<PointSource, PointTarget, Scalar>::whyTooFewMatched() const
+{
+  if (result_.source_points == 0)
+    return "No point of the source is finite.";
+  if (result_.target_points == 0)
+    return "No point of the target is finite.";
+  return "Not enough correspondences found: " + std::to_string(matched_) + ", where " +
+         std::to_string(this->min_number_correspondences_) + " are needed. Relax your threshold parameters.";
+}
+
+template <typename PointSource, typename PointTarget, typename Scalar>
 void IterativeClosestPoint<PointSource, PointTarget, Scalar>::report(const RigidTransform& pose)
 {
   if (matched_ < static_cast<std::size_t>(this->min_number_correspondences_)) {
-    PCL_ERROR("[pcl_gpu_icp::%s::computeTransformation] Not enough correspondences found. Relax your threshold "
-              "parameters.\n",
-              this->getClassName().c_str());
+    result_.message = whyTooFewMatched();
+    PCL_ERROR("[pcl_gpu_icp::%s::computeTransformation] %s\n", this->getClassName().c_str(), result_.message.c_str());
     this->convergence_criteria_->setConvergenceState(ConvergenceCriteria::CONVERGENCE_CRITERIA_NO_CORRESPONDENCES);
     this->converged_ = false;
   }
@@ -278,6 +328,10 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::transformCloud(con
                                                                              PointCloudSource& output,
                                                                              const Matrix4& transform)
 {
+  if (moves_as_pcl_) {
+    Base::transformCloud(input, output, transform);
+    return;
+  }
   const RigidTransform pose = detail::toRigidTransform<Scalar>(transform);
   RigidTransform rotation = pose;
   rotation.translation = {0, 0, 0};

@@ -34,7 +34,8 @@ bool IterativeClosestPoint<PointSource, PointTarget, Scalar>::match(const RigidT
   matched_pose_ = pose;
   {
     const Stopwatch watch(result_.host_times, "search");
-    if (moved_source_)
+    // As PCL moves it, the guess comes first and each increment when it is known.
+    if (moved_source_ && !(moves_as_pcl_ && this->nr_iterations_ > 0))
       this->transformCloud(*this->input_, *moved_source_, matrixOf(pose));
     if (matches_on_device_)
       matchOnDevice(pose);
@@ -104,6 +105,20 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::matchOnDevice(cons
   if (this->use_reciprocal_correspondence_)
     keepMutual(pose);
   listCorrespondences(matches_);
+  if (moves_as_pcl_)
+    measureAsPclDoes();
+}
+
+/// A caller's estimator may weigh pairs by their distance, and rejectors sort by it.
+template <typename PointSource, typename PointTarget, typename Scalar>
+void IterativeClosestPoint<PointSource, PointTarget, Scalar>::measureAsPclDoes()
+{
+  for (pcl::Correspondence& c : *this->correspondences_) {
+    const PointSource& from = (*moved_source_)[c.index_query];
+    const PointTarget& to = (*this->target_)[c.index_match];
+    const float x = from.x - to.x, y = from.y - to.y, z = from.z - to.z;
+    c.distance = x * x + y * y + z * z;
+  }
 }
 
 template <typename PointSource, typename PointTarget, typename Scalar>

@@ -11,6 +11,8 @@ namespace pcl_gpu_icp {
 template <typename PointSource, typename PointTarget, typename Scalar>
 void IterativeClosestPoint<PointSource, PointTarget, Scalar>::enter(DeviceLane& lane)
 {
+  device_outside_ = device_;
+  threads_outside_ = threads_;
   setDevice(lane.device);
   share_ = lane.share;
   cache_ = lane.targets;
@@ -45,15 +47,24 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::leave(DeviceLane& 
   lane.estimator = usable ? std::move(estimator_) : nullptr;
   matcher_.reset();
   estimator_.reset();
+  device_ = std::exchange(device_outside_, std::nullopt);
+  threads_ = threads_outside_;
 }
 
 template <typename PointSource, typename PointTarget, typename Scalar>
 void IterativeClosestPoint<PointSource, PointTarget, Scalar>::alignWithoutOutput(const Matrix4& guess)
 {
+  const struct WithoutOutput {
+    explicit WithoutOutput(bool& wanted)
+    : with_output(wanted)
+    {
+      with_output = false;
+    }
+    ~WithoutOutput() { with_output = true; }
+    bool& with_output;
+  } until_the_end(with_output_);
   PointCloudSource unmoved;
-  with_output_ = false;
   align(unmoved, guess);
-  with_output_ = true;
 }
 
 } // namespace pcl_gpu_icp

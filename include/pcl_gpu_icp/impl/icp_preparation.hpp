@@ -281,12 +281,7 @@ bool IterativeClosestPoint<PointSource, PointTarget, Scalar>::ConvergenceCriteri
 {
   // The order of the tests is that of pcl::registration::DefaultConvergenceCriteria.
   this->convergence_state_ = ConvergenceCriteria::CONVERGENCE_CRITERIA_NOT_CONVERGED;
-  const double previous = this->correspondences_prev_mse_;
-  const double step = std::abs(mean_squared_distance_ - previous);
-  const bool recurs = !earlier_.insert(mean_squared_distance_).second;
-  constexpr double last_digits = 1e-5; // far above float's own
-  const bool circles = recurs && step > threshold_ && step > last_digits * previous;
-  if (circles || this->iterations_ >= this->max_iterations_) {
+  if (this->iterations_ >= this->max_iterations_) {
     this->convergence_state_ = this->failure_after_max_iter_
                                    ? ConvergenceCriteria::CONVERGENCE_CRITERIA_FAILURE_AFTER_MAX_ITERATIONS
                                    : ConvergenceCriteria::CONVERGENCE_CRITERIA_ITERATIONS;
@@ -297,6 +292,10 @@ bool IterativeClosestPoint<PointSource, PointTarget, Scalar>::ConvergenceCriteri
   const double rotation_cosine = 0.5 * (increment(0, 0) + increment(1, 1) + increment(2, 2) - 1);
   const double translation_sq =
       increment(0, 3) * increment(0, 3) + increment(1, 3) * increment(1, 3) + increment(2, 3) * increment(2, 3);
+  const double previous = this->correspondences_prev_mse_;
+  const double step = std::abs(mean_squared_distance_ - previous);
+  constexpr double last_digits = 1e-5; // far above float's own
+  const bool recurs = !earlier_.insert(mean_squared_distance_).second && step <= last_digits * previous;
   const double change = recurs ? 0 : step;
   this->correspondences_cur_mse_ = mean_squared_distance_;
 
@@ -339,6 +338,8 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::prepareRejectors()
   const bool somebody_looks = !matches_on_device_ || !(estimatesOnDevice() || increment_from_matching_) ||
                               this->need_source_blob_ || this->update_visualizer_;
   moved_source_.reset(somebody_looks ? new PointCloudSource(*this->input_) : nullptr);
+  // Extrapolated poses are no chain of increments.
+  moves_as_pcl_ = !estimatesOnDevice() && !planes_ && !accelerated_;
 
   pcl::PCLPointCloud2::Ptr target_blob(new pcl::PCLPointCloud2);
   if (this->need_target_blob_)
