@@ -114,6 +114,8 @@ ExitCode compare(const CompareOptions& options)
   if (!options.json.empty() && options.json != "-")
     json = std::make_unique<OutputFile>("--json", options.json, options.force);
   const CloudPair pair = readPair(options, [&](const std::string& path) { return readPrepared(path, options); });
+  if (!options.quiet)
+    print(pair.warnings);
 
   const Device device = Device::select(options.device);
   PluginIcp plugin;

@@ -1,6 +1,7 @@
 #include "cli/input_file.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cerrno>
 #include <cstring>
 #include <fcntl.h>
@@ -12,6 +13,19 @@ namespace pcl_gpu_icp::cli {
 Failure inputFailure(const std::string& path, const std::string& why)
 {
   return Failure(ExitCode::Input, path + ": " + why);
+}
+
+std::string shellWord(const std::string& text)
+{
+  const bool plain = !text.empty() && text.front() != '-' && std::all_of(text.begin(), text.end(), [](unsigned char c) {
+    return std::isalnum(c) || std::strchr("/._-+,:@%", c) || c >= 0x80;
+  });
+  if (plain)
+    return text;
+  std::string quoted = "'";
+  for (const char c : text)
+    quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return quoted + "'";
 }
 
 std::string readFile(const std::string& path, std::size_t most)

@@ -164,6 +164,7 @@ Json alignmentJson(const AlignmentReport& report)
   json["fitness_score"] = report.fitness_score ? Json(*report.fitness_score) : Json();
   json["degenerate"] = toString(result.degeneracy);
   json["free_motions"] = result.free_motions;
+  json["warnings"] = report.warnings;
   for (const auto& [what, milliseconds] : allTimes(report))
     json["times_ms"][what] = milliseconds;
   return json;

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace pcl_gpu_icp::report {
 
@@ -27,8 +28,9 @@ struct AlignmentReport {
   AlignmentResult result;
   RigidTransform transform; ///< source to target, in the coordinates of the files
   std::optional<double> fitness_score;
-  double resolution = 0;    ///< a change of the RMSE that float coordinates cannot show
-  StageTimes command_times; ///< what the command did around the alignment, and "total"
+  double resolution = 0;             ///< a change of the RMSE that float coordinates cannot show
+  std::vector<std::string> warnings; ///< what of the files may not be as meant, a line each
+  StageTimes command_times;          ///< what the command did around the alignment, and "total"
 };
 
 std::string toText(const AlignmentReport& report);

@@ -52,6 +52,7 @@ PairOutcome outcomeOf(const AlignmentReport& report)
   outcome.transform = report.transform;
   outcome.why = toString(result.reason);
   outcome.iterations = result.iterations;
+  outcome.warnings = report.warnings.size();
   if (result.inliers > 0)
     outcome.rmse = result.rmse;
   return outcome;

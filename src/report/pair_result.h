@@ -36,6 +36,7 @@ struct PairOutcome {
   RigidTransform transform; ///< where there is one
   std::string why;          ///< the reason that the alignment ended, or the failure's message
   int iterations = 0;
+  std::size_t warnings = 0;
   std::optional<double> rmse;
 };
 
