@@ -128,8 +128,11 @@ ExitCode align(const AlignOptions& options)
 
   std::optional<Cloud> source_file;
   const CloudPair pair = timedRead(report.command_times, options, source_file);
-  if (outputs.cloud)
-    checkWritable(*source_file, *formatOf(options.output));
+  if (!options.quiet)
+    print(pair.warnings);
+  const Warnings left_out = outputs.cloud ? checkWritable(*source_file, options.output) : Warnings();
+  if (!options.quiet)
+    print(left_out);
   Icp icp;
   runIcp(icp, pair, options, timedSelect(report.command_times, options));
   report.result = icp.getResult();
@@ -138,6 +141,7 @@ ExitCode align(const AlignOptions& options)
   total.reset();
 
   describe(report, options, pair, detail::toRigidTransform<double>(icp.getFinalTransformation()));
+  append(report.warnings, left_out);
   writeFiles(outputs, *source_file, report, options);
   if (options.json == "-")
     writeToStandardOutput(report::toJson(report));

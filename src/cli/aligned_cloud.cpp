@@ -1,6 +1,45 @@
 #include "cli/aligned_cloud.h"
 
+#include <cstring>
+
 namespace pcl_gpu_icp::cli {
+namespace {
+
+using Rows = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+
+Rows rotationOf(const RigidTransform& transform)
+{
+  Rows rows;
+  for (int row = 0; row < 3; ++row)
+    for (int column = 0; column < 3; ++column)
+      rows(row, column) = transform.rotation[3 * row + column];
+  return rows;
+}
+
+void movePose(Cloud& cloud, const RigidTransform& transform)
+{
+  const auto place = transform(cloud.sensor_origin.x(), cloud.sensor_origin.y(), cloud.sensor_origin.z());
+  for (int axis = 0; axis < 3; ++axis)
+    cloud.sensor_origin[axis] = static_cast<float>(place[axis]);
+  const Eigen::Quaterniond turn{Eigen::Matrix3d(rotationOf(transform))};
+  cloud.sensor_orientation = (turn * cloud.sensor_orientation.cast<double>()).cast<float>();
+}
+
+/// In the element itself, whose other values stay.
+void moveCamera(OtherElement& camera, const RigidTransform& transform)
+{
+  float pose[12];
+  char* const bytes = camera.body.data() + *camera.pose_at;
+  std::memcpy(pose, bytes, sizeof pose);
+  const auto place = transform(pose[0], pose[1], pose[2]);
+  for (int axis = 0; axis < 3; ++axis)
+    pose[axis] = static_cast<float>(place[axis]);
+  Eigen::Map<Eigen::Matrix<float, 3, 3, Eigen::RowMajor>> rows(pose + 3);
+  rows = (rotationOf(transform) * rows.cast<double>()).cast<float>().eval();
+  std::memcpy(bytes, pose, sizeof pose);
+}
+
+} // namespace
 
 void transform(Cloud& cloud, const RigidTransform& transform, bool keep_zero_returns)
 {
@@ -21,6 +60,10 @@ void transform(Cloud& cloud, const RigidTransform& transform, bool keep_zero_ret
     const auto n = normal->get(point);
     normal->set(point, turn(n[0], n[1], n[2]));
   }
+  movePose(cloud, transform);
+  for (OtherElement& element : cloud.elements)
+    if (element.pose_at)
+      moveCamera(element, transform);
 }
 
 } // namespace pcl_gpu_icp::cli

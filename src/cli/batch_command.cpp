@@ -146,6 +146,9 @@ public:
           report::format("interrupted with %zu of %zu pairs left; --resume goes on", report.left(), report.pairs));
     report.options = given;
     write(report);
+    if (!options_.quiet && warned_ > 0)
+      print({report::format(
+          "%zu of %zu pairs have warnings; see %s", warned_, report.aligned, files_.results->path().c_str())});
     if (!options_.quiet)
       writeToStandardOutput(report::toText(report));
     if (report.left() > 0 && !device_loss_.empty())
@@ -192,6 +195,8 @@ private:
     }
     files_.results->append(task.line());
     const report::PairOutcome outcome = task.outcome();
+    if (outcome.warnings > 0)
+      ++warned_;
     task.clear();
     ledger_.add(places_[number], outcome);
     progress.add(task.pair().identity, outcome);
@@ -260,6 +265,7 @@ private:
   PreparedClouds clouds_;
   std::vector<PairTask> tasks_;
   BatchAligner aligner_;
+  std::size_t warned_ = 0; ///< pairs of this run whose results have warnings
   int signal_ = 0;
   std::string device_loss_; ///< why pairs were left
 };
@@ -354,7 +360,9 @@ Run addBatch(CLI::App& command)
   command.add_option("--threads", options->threads, "host threads that search for each pair (default: 1)")
       ->check(wholeNumber(1024))
       ->type_name("N");
-  command.add_flag("--quiet", options->quiet, "print nothing but errors");
+  command.add_flag("--quiet",
+                   options->quiet,
+                   "print nothing but errors: no summary, progress or word of warnings; the results have the warnings");
   addPairOptions(command, *options);
   command.footer(
       "The options from --guess to --pipeline are those of a pair: a line of the manifest may have its own.");

@@ -6,6 +6,7 @@
 #include <pcl/pcl_config.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <limits>
 #include <type_traits>
@@ -15,45 +16,126 @@ namespace {
 
 using Field = pcl::PCLPointField;
 
+/// Where every width of a row is a sum of 64-bit sizes, these keep it far from any overflow.
+constexpr std::size_t most_fields = 4096;
+constexpr std::size_t most_bytes_per_point = 1 << 20;
+
 template <typename Number>
-bool store(std::string_view text, std::uint8_t* to)
+Stored storeInteger(std::string_view text, Number& value)
 {
-  Number value{};
-  if constexpr (std::is_floating_point_v<Number>) {
-    const auto parsed = parseNumber<double>(text);
-    if (!parsed)
-      return false;
-    value = static_cast<Number>(*parsed);
+  if (const auto whole = parseNumber<Number>(text)) {
+    value = *whole;
+    return Stored::Exactly;
   }
-  else if (const auto parsed = parseNumber<Number>(text)) {
-    value = *parsed;
+  using Other = std::conditional_t<std::is_signed_v<Number>, std::make_unsigned_t<Number>, std::make_signed_t<Number>>;
+  if (const auto bits = parseNumber<Other>(text)) {
+    value = static_cast<Number>(*bits);
+    return Stored::Nearly;
   }
-  else {
-    // Some writers put a decimal point into every column.
-    const auto real = parseNumber<double>(text);
-    constexpr double least = std::numeric_limits<Number>::min();
-    constexpr auto most = static_cast<double>(std::numeric_limits<Number>::max());
-    if (!real || !(*real >= least && *real <= most) || sizeof(Number) > 4)
-      return false;
-    value = static_cast<Number>(*real);
-    if (value != *real)
-      return false;
-  }
-  std::memcpy(to, &value, sizeof value);
-  return true;
+  const auto real = parseReal(text);
+  if (!real)
+    return Stored::No;
+  // Of 8-byte integers double holds the largest plus one.
+  constexpr auto least = static_cast<double>(std::numeric_limits<Number>::min());
+  constexpr auto most = static_cast<double>(std::numeric_limits<Number>::max());
+  const double nearest = std::round(*real);
+  value = std::isnan(nearest) ? 0
+          : nearest <= least  ? std::numeric_limits<Number>::min()
+          : nearest >= most   ? std::numeric_limits<Number>::max()
+                              : static_cast<Number>(nearest);
+  return static_cast<double>(value) == *real ? Stored::Exactly : Stored::Nearly;
 }
 
+float toFloat(double value)
+{
+  constexpr double most = std::numeric_limits<float>::max();
+  constexpr float infinity = std::numeric_limits<float>::infinity();
+  if (std::abs(value) <= most || std::isnan(value))
+    return static_cast<float>(value);
+  return value < 0 ? -infinity : infinity;
+}
+
+template <typename Number>
+Stored store(std::string_view text, std::uint8_t* to)
+{
+  Number value{};
+  Stored stored = Stored::Exactly;
+  if constexpr (std::is_integral_v<Number>) {
+    stored = storeInteger(text, value);
+  }
+  else {
+    const auto real = parseReal(text);
+    if (!real)
+      return Stored::No;
+    if constexpr (std::is_same_v<Number, float>)
+      value = toFloat(*real);
+    else
+      value = *real;
+  }
+  if (stored != Stored::No)
+    std::memcpy(to, &value, sizeof value);
+  return stored;
+}
+
+template <typename Number>
+double load(const std::uint8_t* from)
+{
+  Number value;
+  std::memcpy(&value, from, sizeof value);
+  return static_cast<double>(value);
+}
+
+double loadNumber(const std::uint8_t* from, std::uint8_t type)
+{
+  switch (type) {
+  case Field::INT8:
+    return load<std::int8_t>(from);
+  case Field::UINT8:
+    return load<std::uint8_t>(from);
+  case Field::INT16:
+    return load<std::int16_t>(from);
+  case Field::UINT16:
+    return load<std::uint16_t>(from);
+  case Field::INT32:
+    return load<std::int32_t>(from);
+  case Field::UINT32:
+    return load<std::uint32_t>(from);
+#if PCL_VERSION_COMPARE(>=, 1, 13, 0)
+  case Field::INT64:
+    return load<std::int64_t>(from);
+  case Field::UINT64:
+    return load<std::uint64_t>(from);
+#endif
+  case Field::FLOAT32:
+    return load<float>(from);
+  }
+  return load<double>(from);
+}
+
+/// Under that name, or else in other letters.
 const Field* findField(const Cloud& cloud, const std::string& name)
 {
-  for (const Field& field : cloud.data.fields)
+  const Field* found = nullptr;
+  for (const Field& field : cloud.data.fields) {
     if (field.name == name)
       return &field;
-  return nullptr;
+    if (!found && lowerCase(field.name) == name)
+      found = &field;
+  }
+  return found;
 }
 
 bool isReal(const Field& field)
 {
   return (field.datatype == Field::FLOAT32 || field.datatype == Field::FLOAT64) && field.count == 1;
+}
+
+bool isCoordinate(const Cloud& cloud, const Field& field)
+{
+  for (const char* name : {"x", "y", "z"})
+    if (findField(cloud, name) == &field)
+      return true;
+  return false;
 }
 
 } // namespace
@@ -62,9 +144,13 @@ void Cloud::setSize(std::size_t width, std::size_t height, const std::string& pa
 {
   if (width == 0 || height == 0)
     throw inputFailure(path, "has no points");
+  if (data.point_step == 0)
+    throw inputFailure(path, "has points of no bytes");
   constexpr std::size_t most_bytes = std::numeric_limits<std::uint32_t>::max();
   if (width > most_bytes / height / data.point_step)
-    throw inputFailure(path, std::to_string(width) + " x " + std::to_string(height) + " points are more than 4 GiB");
+    throw inputFailure(path,
+                       "its header promises " + std::to_string(width) + " x " + std::to_string(height) +
+                           " points, which are more than 4 GiB");
   data.width = static_cast<std::uint32_t>(width);
   data.height = static_cast<std::uint32_t>(height);
   data.row_step = data.width * data.point_step;
@@ -92,6 +178,14 @@ std::uint8_t fieldType(char kind, std::size_t size)
   return 0;
 }
 
+char fieldKind(std::uint8_t type)
+{
+  for (const char kind : {'I', 'U', 'F'})
+    if (fieldType(kind, fieldSize(type)) == type)
+      return kind;
+  return 'F';
+}
+
 std::size_t fieldSize(std::uint8_t type)
 {
   switch (type) {
@@ -109,18 +203,25 @@ std::size_t fieldSize(std::uint8_t type)
   return 8;
 }
 
-void addField(pcl::PCLPointCloud2& cloud, const std::string& name, std::uint8_t type, std::uint32_t count)
+void addField(Cloud& cloud, const std::string& path, const std::string& name, std::uint8_t type, std::size_t count)
 {
+  auto& data = cloud.data;
+  if (data.fields.size() == most_fields)
+    throw inputFailure(path, "its points have more than " + std::to_string(most_fields) + " fields, which is the most");
+  if (count > (most_bytes_per_point - data.point_step) / fieldSize(type))
+    throw inputFailure(path,
+                       "field " + name + ": its points have more than " + std::to_string(most_bytes_per_point) +
+                           " bytes each, which is the most");
   Field field;
   field.name = name;
-  field.offset = cloud.point_step;
+  field.offset = data.point_step;
   field.datatype = type;
-  field.count = count;
-  cloud.fields.push_back(field);
-  cloud.point_step += count * static_cast<std::uint32_t>(fieldSize(type));
+  field.count = static_cast<std::uint32_t>(count);
+  data.fields.push_back(field);
+  data.point_step += static_cast<std::uint32_t>(count * fieldSize(type));
 }
 
-bool storeNumber(std::string_view text, std::uint8_t type, std::uint8_t* to)
+Stored storeNumber(std::string_view text, std::uint8_t type, std::uint8_t* to)
 {
   switch (type) {
   case Field::INT8:
@@ -147,6 +248,75 @@ bool storeNumber(std::string_view text, std::uint8_t type, std::uint8_t* to)
   return store<double>(text, to);
 }
 
+bool ValueStore::store(std::string_view text, std::size_t field, std::uint8_t type, std::uint8_t* to)
+{
+  const Field& layout = cloud_.data.fields[field];
+  const Stored stored = storeNumber(text, type, to);
+  if (layout.name == padding)
+    return !text.empty();
+  switch (stored) {
+  case Stored::Exactly:
+    return true;
+  case Stored::Nearly:
+    ++inexact_[field];
+    return !isCoordinate(cloud_, layout);
+  case Stored::No:
+    break;
+  }
+  return false;
+}
+
+void ValueStore::warn(const std::string& path)
+{
+  for (std::size_t i = 0; i < inexact_.size(); ++i)
+    if (inexact_[i] > 0)
+      cloud_.warnings.push_back(path + ": field " + cloud_.data.fields[i].name + ": its type does not hold " +
+                                std::to_string(inexact_[i]) + " of the values; they are kept as near as it does");
+}
+
+std::string whyNoNumber(std::string_view value, std::string_view rest_of_row, const std::string& path)
+{
+  if (value.empty())
+    return "is missing";
+  std::string why = "'" + std::string(value.substr(0, 40)) + "' is not such a number";
+  const auto commas = std::count(value.begin(), value.end(), ',');
+  if (commas == 0)
+    return why;
+  const bool decimal = commas == 1 && value.back() != ',' && (rest_of_row.find(',') != std::string_view::npos);
+  return why + (decimal ? "; for decimal commas: tr , . < " : "; for commas between values: tr , ' ' < ") +
+         shellWord(path) + " > NEW";
+}
+
+void widenCoordinates(Cloud& cloud, const std::string& path)
+{
+  const auto isWidened = [&cloud](const Field& field) {
+    return isCoordinate(cloud, field) && !isReal(field) && field.count == 1;
+  };
+  const auto& old = cloud.data;
+  if (std::none_of(old.fields.begin(), old.fields.end(), isWidened))
+    return;
+  Cloud wide;
+  for (const Field& field : old.fields)
+    addField(wide, path, field.name, isWidened(field) ? std::uint8_t(Field::FLOAT64) : field.datatype, field.count);
+  wide.setSize(old.width, old.height, path);
+  wide.data.data.resize(wide.size() * wide.data.point_step);
+  for (std::size_t i = 0; i < old.fields.size(); ++i) {
+    const Field& field = old.fields[i];
+    const bool widened = isWidened(field);
+    const std::uint8_t* from = old.data.data() + field.offset;
+    std::uint8_t* to = wide.data.data.data() + wide.data.fields[i].offset;
+    for (std::size_t row = 0; row < cloud.size(); ++row, from += old.point_step, to += wide.data.point_step) {
+      const double value = widened ? loadNumber(from, field.datatype) : 0;
+      if (widened)
+        std::memcpy(to, &value, sizeof value);
+      else
+        std::memcpy(to, from, fieldSize(field.datatype) * field.count);
+    }
+  }
+  cloud.data = std::move(wide.data);
+  cloud.warnings.push_back(path + ": its coordinates are integers; they are read, and written, as double");
+}
+
 std::optional<VectorField> VectorField::find(const Cloud& cloud, const std::array<std::string, 3>& names)
 {
   VectorField result;
@@ -164,13 +334,7 @@ std::array<double, 3> VectorField::get(const std::uint8_t* point) const
   std::array<double, 3> value;
   for (int axis = 0; axis < 3; ++axis) {
     const std::uint8_t* from = point + fields_[axis].offset;
-    if (fields_[axis].datatype == Field::FLOAT64) {
-      std::memcpy(&value[axis], from, sizeof(double));
-      continue;
-    }
-    float narrow;
-    std::memcpy(&narrow, from, sizeof narrow);
-    value[axis] = narrow;
+    value[axis] = loadNumber(from, fields_[axis].datatype);
   }
   return value;
 }
@@ -183,7 +347,7 @@ void VectorField::set(std::uint8_t* point, const std::array<double, 3>& value) c
       std::memcpy(to, &value[axis], sizeof(double));
       continue;
     }
-    const auto narrow = static_cast<float>(value[axis]);
+    const float narrow = toFloat(value[axis]);
     std::memcpy(to, &narrow, sizeof narrow);
   }
 }
@@ -201,7 +365,7 @@ Coordinates coordinates(const Cloud& cloud, const std::string& path)
     if (!field)
       throw inputFailure(path, std::string("has no field ") + name);
     if (!isReal(*field))
-      throw inputFailure(path, std::string("field ") + name + " is not one float or double per point");
+      throw inputFailure(path, std::string("field ") + name + " is not one number per point");
   }
   const auto xyz = VectorField::find(cloud, {"x", "y", "z"});
   Coordinates result;

@@ -1,6 +1,8 @@
 #include "cli/cloud_file.h"
 
+#include "cli/foreign_file.h"
 #include "cli/input_file.h"
+#include "cli/number.h"
 #include "cli/pcd.h"
 #include "cli/ply.h"
 
@@ -9,6 +11,39 @@
 #include <filesystem>
 
 namespace pcl_gpu_icp::cli {
+namespace {
+
+/// Behind blank lines.
+bool isPly(std::string_view content)
+{
+  const char end = lineEnd(content.substr(std::min(content.find_first_not_of("\r\n"), content.size())));
+  while (!content.empty()) {
+    std::string_view line = nextLine(content, end);
+    const std::string word = lowerCase(nextWord(line));
+    if (!word.empty())
+      return word == "ply" && nextWord(line).empty();
+  }
+  return false;
+}
+
+/// Its header may have anything before the line that says what it is.
+bool isPcd(std::string_view content)
+{
+  constexpr std::size_t longest_start = 1 << 16;
+  content = content.substr(0, longest_start);
+  const char end = lineEnd(content);
+  while (!content.empty()) {
+    std::string_view line = nextLine(content, end);
+    const std::string_view whole = line;
+    const std::string word = lowerCase(nextWord(line));
+    if (word == "fields" || word == "columns" ||
+        (!word.empty() && word[0] == '#' && whole.find(".PCD v") != std::string_view::npos))
+      return true;
+  }
+  return false;
+}
+
+} // namespace
 
 std::optional<CloudFormat> formatOf(const std::string& path)
 {
@@ -27,14 +62,33 @@ Cloud readCloud(const std::string& path)
   const std::string content = readFile(path);
   if (content.empty())
     throw inputFailure(path, "is empty");
-  const std::string start = content.substr(0, 4);
-  return start == "ply\n" || start == "ply\r" ? readPly(path, content) : readPcd(path, content);
+  return parseCloud(path, content);
 }
 
-void checkWritable(const Cloud& cloud, CloudFormat format)
+Cloud parseCloud(const std::string& path, std::string_view content)
 {
-  if (format == CloudFormat::Ply)
+  content = withoutByteOrderMark(content);
+  if (isPly(content))
+    return readPly(path, content);
+  if (isPcd(content))
+    return readPcd(path, content);
+  throw inputFailure(path, describeForeign(path, content));
+}
+
+Warnings checkWritable(const Cloud& cloud, const std::string& path)
+{
+  if (formatOf(path) == CloudFormat::Ply) {
     plyHeader(cloud);
+    const auto& fields = cloud.data.fields;
+    const bool has_padding = std::any_of(
+        fields.begin(), fields.end(), [](const pcl::PCLPointField& field) { return field.name == padding; });
+    return has_padding ? Warnings{path + ": PLY has no padding; the fields _ are left out"} : Warnings{};
+  }
+  std::string left_out;
+  for (const OtherElement& element : cloud.elements)
+    if (!element.pose_at && element.count > 0)
+      left_out += (left_out.empty() ? "" : ", ") + std::to_string(element.count) + " of element " + element.name;
+  return left_out.empty() ? Warnings{} : Warnings{path + ": PCD holds points only; left out: " + left_out};
 }
 
 std::string writeCloud(const Cloud& cloud, CloudFormat format)

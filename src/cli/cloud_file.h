@@ -4,6 +4,7 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
 
 namespace pcl_gpu_icp::cli {
 
@@ -16,8 +17,13 @@ std::optional<CloudFormat> formatOf(const std::string& path);
 /// \throws Failure (Input) that names the file and says what is wrong with it
 Cloud readCloud(const std::string& path);
 
-/// \throws Failure (Output) where the format cannot hold a field of the cloud
-void checkWritable(const Cloud& cloud, CloudFormat format);
+/// Reads the content of such a file.
+/// \throws Failure (Input), of a file of another format with what it looks like and what makes it a cloud
+Cloud parseCloud(const std::string& path, std::string_view content);
+
+/// \return what of the cloud the format of that file cannot hold
+/// \throws Failure (Output) where that is a field
+Warnings checkWritable(const Cloud& cloud, const std::string& path);
 
 /// The content of a file.
 std::string writeCloud(const Cloud& cloud, CloudFormat format);

@@ -58,6 +58,7 @@ void describe(report::AlignmentReport& report,
   report.iteration_limit = options.iterations;
   report.max_distance = options.max_distance;
   report.transform = pair.inFileCoordinates(transform);
+  report.warnings = pair.warnings;
   report.resolution = pair.source->extent * std::numeric_limits<float>::epsilon();
   report.source_points = pair.source->counts;
   report.target_points = pair.target->counts;
@@ -71,7 +72,13 @@ CloudPair readPair(const AlignmentOptions& options, const ReadPrepared& prepared
 {
   const RigidTransform guess = options.guess ? readGuess(*options.guess) : RigidTransform();
   auto source = prepared(options.source);
-  return {std::move(source), prepared(options.target), guess};
+  CloudPair pair(std::move(source), prepared(options.target), guess);
+  append(pair.warnings, pair.source->warnings);
+  if (options.target != options.source)
+    append(pair.warnings, pair.target->warnings);
+  if (const auto warning = unlikeUnits(pair.source->scale, options.source, pair.target->scale, options.target))
+    pair.warnings.push_back(*warning);
+  return pair;
 }
 
 } // namespace pcl_gpu_icp::cli

@@ -23,6 +23,7 @@ struct CloudPair {
   std::shared_ptr<const PreparedCloud> source;
   std::shared_ptr<const PreparedCloud> target;
   RigidTransform guess; ///< between the prepared clouds
+  Warnings warnings;    ///< of both clouds, and of them as a pair
 
   /// A transform between the prepared clouds, in the coordinates of the files.
   RigidTransform inFileCoordinates(const RigidTransform& transform) const;

@@ -161,6 +161,8 @@ ExitCode compare(const CompareOptions& options)
   if (!options.json.empty() && options.json != "-")
     json = std::make_unique<OutputFile>("--json", options.json, options.force);
   const CloudPair pair = readPair(options, [&](const std::string& path) { return readPrepared(path, options); });
+  if (!options.quiet)
+    print(pair.warnings);
 
   StockProcess stock([&](const StockProcess::Normals& normals) { return runStock(pair, options, normals); });
   const Device device = Device::select(options.device);

@@ -1,6 +1,7 @@
 #include "cli/input_file.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cerrno>
 #include <cstring>
 #include <fcntl.h>
@@ -13,6 +14,19 @@ Failure inputFailure(const std::string& path, const std::string& why)
 {
   constexpr std::size_t longest = 500; // bytes; what is quoted from a file may be as long as the file
   return Failure(ExitCode::Input, path + ": " + (why.size() > longest ? why.substr(0, longest) + "..." : why));
+}
+
+std::string shellWord(const std::string& text)
+{
+  const bool plain = !text.empty() && text.front() != '-' && std::all_of(text.begin(), text.end(), [](unsigned char c) {
+    return std::isalnum(c) || std::strchr("/._-+,:@%", c) || c >= 0x80;
+  });
+  if (plain)
+    return text;
+  std::string quoted = "'";
+  for (const char c : text)
+    quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return quoted + "'";
 }
 
 std::string readFile(const std::string& path, std::size_t most)

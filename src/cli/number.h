@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 #include <optional>
+#include <string>
 #include <string_view>
 
 namespace pcl_gpu_icp::cli {
@@ -33,6 +34,12 @@ std::optional<Number> parseNumber(std::string_view text)
 /// What stands between the numbers of a list or a matrix, also as numpy and MATLAB print one.
 constexpr std::string_view number_separators = " \t\r\n,;[]()";
 
+/// The real number that a value of a file spells, in any of the spellings of C, Fortran (1d0), Windows (1.#QNAN,
+/// -1.#IND) and of what has no value (None, null). Beyond double it is infinite, or zero.
+std::optional<double> parseReal(std::string_view text);
+
+std::string lowerCase(std::string_view text);
+
 /// Takes the next word off the front of `text`; empty when there is none.
 inline std::string_view nextWord(std::string_view& text, std::string_view separators = " \t\r")
 {
@@ -42,10 +49,17 @@ inline std::string_view nextWord(std::string_view& text, std::string_view separa
   return word;
 }
 
-/// Takes the next line off the front of `text`, without its line feed.
-inline std::string_view nextLine(std::string_view& text)
+/// What ends the lines of a text: a carriage return where the first of them ends with that alone, or a line feed.
+inline char lineEnd(std::string_view text)
 {
-  const std::string_view line = text.substr(0, text.find('\n'));
+  const std::size_t end = text.find_first_of("\r\n");
+  return end != std::string_view::npos && text[end] == '\r' && text.substr(end + 1, 1) != "\n" ? '\r' : '\n';
+}
+
+/// Takes the next line off the front of `text`, without its end.
+inline std::string_view nextLine(std::string_view& text, char end = '\n')
+{
+  const std::string_view line = text.substr(0, text.find(end));
   text.remove_prefix(std::min(line.size() + 1, text.size()));
   return line;
 }

@@ -125,7 +125,9 @@ void addAlignmentOptions(CLI::App& command, AlignmentOptions& options)
   command.add_option("--json", options.json, "write the result as JSON; - is standard output, without the summary")
       ->type_name("FILE|-");
   command.add_flag("--force", options.force, "overwrite files that exist");
-  command.add_flag("--quiet", options.quiet, "print nothing but errors");
+  command.add_flag("--quiet",
+                   options.quiet,
+                   "print nothing but errors: no summary, progress or warnings; the JSON has the warnings");
 }
 
 } // namespace pcl_gpu_icp::cli

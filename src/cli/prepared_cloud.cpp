@@ -96,11 +96,14 @@ PreparedCloud prepare(const Cloud& cloud, const std::string& path, const Alignme
 {
   auto [points, from_double] = coordinates(cloud, path);
   PreparedCloud result;
+  result.warnings = cloud.warnings;
   auto& counts = result.counts;
   counts.in_file = points.size();
   counts.non_finite = removeWhere(points, [](const Point& point) { return !isFinite(point); });
   if (options.drop_zero_returns)
     counts.zero_returns = removeWhere(points, [](const Point& point) { return point == Point{}; });
+  else if (const auto warning = zeroReturns(points, path))
+    result.warnings.push_back(*warning);
   if (from_double && !points.empty()) {
     // What float cannot hold about the middle of the cloud would become infinite.
     result.origin = middle(points);
@@ -122,6 +125,10 @@ PreparedCloud prepare(const Cloud& cloud, const std::string& path, const Alignme
                        "has no usable points: of " + std::to_string(counts.in_file) + ", " +
                            std::to_string(counts.non_finite) + " are not finite, " + std::to_string(counts.too_large) +
                            " are beyond 1e18 and " + std::to_string(counts.zero_returns) + " are zero returns");
+  result.scale = scaleOf(points);
+  if (!from_double)
+    if (const auto warning = coarseCoordinates(result.scale, path))
+      result.warnings.push_back(*warning);
   if (options.leaf) {
     const std::size_t before = points.size();
     points = voxelCentroids(points, *options.leaf, path);

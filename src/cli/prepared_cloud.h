@@ -1,6 +1,7 @@
 #pragma once
 
 #include "cli/cloud.h"
+#include "cli/cloud_scale.h"
 #include "cli/options.h"
 
 #include "report/alignment_report.h"
@@ -20,7 +21,9 @@ struct PreparedCloud {
   std::array<double, 3> origin{};   ///< zero for a file whose coordinates are float
   std::array<double, 3> centroid{}; ///< in the coordinates of the file, but for points far from all others
   double extent = 0;                ///< twice the root mean square distance from it
+  CloudScale scale;
   report::PointCounts counts;
+  Warnings warnings; ///< of reading and preparing the file
 };
 
 /// \throws Failure (Input) where no point is left

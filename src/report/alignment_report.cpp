@@ -134,6 +134,7 @@ Json alignmentJson(const AlignmentReport& report)
   json["nearest_distance"] = report.nearest_distance ? Json(*report.nearest_distance) : Json();
   json["degenerate"] = toString(degeneracyOf(result));
   json["free_motions"] = result.free_motions;
+  json["warnings"] = report.warnings;
   for (const auto& [what, milliseconds] : allTimes(report))
     json["times_ms"][what] = milliseconds;
   return json;

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace pcl_gpu_icp::report {
 
@@ -32,6 +33,7 @@ struct AlignmentReport {
   std::optional<double> max_distance;     ///< between matched points
   std::optional<double> nearest_distance; ///< where the pairs are too few: the least of a source point from the target
   double resolution = 0;                  ///< a change of the RMSE that float coordinates cannot show
+  std::vector<std::string> warnings;      ///< what of the files may not be as meant, a line each
   StageTimes command_times;               ///< what the command did around the alignment, and "total"
 };
 

@@ -90,6 +90,7 @@ PairOutcome outcomeOf(const AlignmentReport& report)
   if (!isAnswer(verdict))
     outcome.why = verdictText(report);
   outcome.iterations = result.iterations;
+  outcome.warnings = report.warnings.size();
   if (result.inliers > 0)
     outcome.rmse = result.rmse;
   return outcome;

@@ -44,6 +44,7 @@ struct PairOutcome {
   RigidTransform transform; ///< where there is one
   std::string why;          ///< verdictText() of what is no answer, or the failure's message
   int iterations = 0;
+  std::size_t warnings = 0;
   std::optional<double> rmse;
 };
 

@@ -8,7 +8,7 @@ import stat
 import struct
 
 from command import (
-    NOT_CONVERGED, OUTPUT, USAGE, XYZ, XYZ_DOUBLE, CommandTest, motion, moved, pcd, ply, read_pcd, read_ply,
+    IDENTITY, NOT_CONVERGED, OUTPUT, USAGE, XYZ, XYZ_DOUBLE, CommandTest, motion, moved, pcd, ply, read_pcd, read_ply,
     surface, turned)
 
 POINTS = surface()
@@ -78,7 +78,7 @@ class Cloud(CommandTest):
         output, transform = self.aligned(content)
         header, found = read_pcd(output)
         self.assertEqual((header["WIDTH"], header["HEIGHT"]), (["24"], ["20"]))
-        self.assertEqual(header["VIEWPOINT"], "1 2 3 0.5 0.5 0.5 0.5".split())
+        self.assert_pose(header["VIEWPOINT"], [1, 2, 3], [[0, 0, 1], [1, 0, 0], [0, 1, 0]], transform)
         for i, (p, q) in enumerate(zip(found, points)):
             if i in (5, 77):
                 self.assertTrue(all(math.isnan(value) for value in p))
@@ -123,6 +123,145 @@ class Cloud(CommandTest):
         _, names, found = read_ply(back)
         self.assertEqual(names, "x y z nx ny nz red green blue".split())
         self.assertEqual({p[6:] for p in found}, {(10, 20, 30)})
+
+    def assert_pose(self, viewpoint, place, rows, transform):
+        """The pose that a VIEWPOINT says must be that place and orientation, moved."""
+        x, y, z, qw, qx, qy, qz = map(float, viewpoint)
+        found = [[1 - 2 * (qy * qy + qz * qz), 2 * (qx * qy - qw * qz), 2 * (qx * qz + qw * qy)],
+                 [2 * (qx * qy + qw * qz), 1 - 2 * (qx * qx + qz * qz), 2 * (qy * qz - qw * qx)],
+                 [2 * (qx * qz - qw * qy), 2 * (qy * qz + qw * qx), 1 - 2 * (qx * qx + qy * qy)]]
+        self.assert_near([(x, y, z)], [moved(transform, place)])
+        self.assert_near(found, self.turned_rows(transform, rows))
+
+    def turned_rows(self, transform, rows):
+        return [[sum(transform[i][k] * rows[k][j] for k in range(3)) for j in range(3)] for i in range(3)]
+
+    def test_viewpoint_that_is_not_there_is_the_default(self):
+        for header in (b"VIEWPOINT 0 0 0 1 0 0 0\n", b""):
+            content = pcd(POINTS, "binary").replace(b"VIEWPOINT 0 0 0 1 0 0 0\n", header)
+            output, transform = self.aligned(content, "out.pcd", "--force")
+            self.assert_pose(read_pcd(output)[0]["VIEWPOINT"], [0, 0, 0], IDENTITY[:3], transform)
+
+    def test_viewpoint_is_the_camera_of_a_ply_file(self):
+        """As PCL writes it: the rows of the orientation, and behind them what it leaves at zero, the size, zeros."""
+        output, transform = self.aligned(pcd(POINTS, "binary", viewpoint="1 2 3 0.5 0.5 0.5 0.5"), "out.ply")
+        camera = struct.unpack("<17f2i2f", read(output, "rb")[-84:])
+        self.assert_near([camera[:3]], [moved(transform, (1, 2, 3))])
+        rows = [camera[3:6], camera[6:9], camera[9:12]]
+        self.assert_near(rows, self.turned_rows(transform, [[0, 0, 1], [1, 0, 0], [0, 1, 0]]))
+        self.assertEqual(camera[12:], (0, 0, 0, 0, 0, len(POINTS), 1, 0, 0))
+        self.assertIn(b"element camera 1\nproperty float view_px\n", read(output, "rb"))
+        # and back
+        back = self.path("back.pcd")
+        again = self.align(output, output, "-o", back)
+        self.assert_pose(read_pcd(back)[0]["VIEWPOINT"], camera[:3], rows, again["transform"])
+
+    def test_camera_of_a_ply_file_moves(self):
+        names = "view_px view_py view_pz x_axisx x_axisy x_axisz y_axisx y_axisy y_axisz z_axisx z_axisy z_axisz".split()
+        after = "element camera 1\nproperty int id\n" + "".join(f"property float {name}\n" for name in names)
+        after += "property float focal\n"
+        pose = (1.5, 2, 3, 0, 0, 1, 1, 0, 0, 0, 1, 0)
+        for encoding, body in [
+            ("ascii", (" ".join(map(str, (7, *pose, 0.25))) + "\n").encode()),
+            ("binary_little_endian", struct.pack("<i13f", 7, *pose, 0.25)),
+            ("binary_big_endian", struct.pack(">i13f", 7, *pose, 0.25)),
+        ]:
+            with self.subTest(encoding):
+                output, transform = self.aligned(ply(POINTS, encoding, after=after) + body, "out.ply", "--force")
+                camera = struct.unpack("<i13f", read(output, "rb")[-56:])
+                self.assertEqual((camera[0], camera[13]), (7, 0.25))
+                self.assert_near([camera[1:4]], [moved(transform, (1.5, 2, 3))])
+                self.assert_near([camera[4:7], camera[7:10], camera[10:13]],
+                                 self.turned_rows(transform, [[0, 0, 1], [1, 0, 0], [0, 1, 0]]))
+
+    def test_elements_and_comments_of_a_ply_file_are_kept(self):
+        before = "comment CRS EPSG:32633\nobj_info made by hand\nelement material 2\nproperty uchar code\nproperty double w\n"
+        after = ("element face 3\nproperty list uchar int vertex_indices\nproperty short tag\n"
+                 "element edge 1\nproperty uint a\nproperty uint b\n")
+        def body_before(order):
+            return struct.pack(order + "BdBd", 1, 0.1, 2, 1e300)
+        def body_after(order):
+            return struct.pack(order + "B3ihB4ihBhII", 3, 0, 1, 2, -5, 4, 0, 1, 2, 3, 6, 0, 7, 8, 4294967295)
+        for encoding, first, last in [
+            ("ascii", b"1 0.1\n2 1e300\n", b"3 0 1 2 -5\n4 0 1 2 3 6\n0 7\n8 4294967295\n"),
+            ("binary_little_endian", body_before("<"), body_after("<")),
+            ("binary_big_endian", body_before(">"), body_after(">")),
+        ]:
+            with self.subTest(encoding):
+                source = ply(POINTS, encoding, before=before, body_before=first, after=after) + last
+                output, transform = self.aligned(source, "out.ply", "--force")
+                content = read(output, "rb")
+                start = content.index(b"end_header\n") + len(b"end_header\n")
+                vertices = "element vertex 480\nproperty float x\nproperty float y\nproperty float z\n"
+                comments, elements = before.split("element", 1)
+                self.assertEqual(
+                    content[:start].decode(),
+                    f"ply\nformat binary_little_endian 1.0\ncomment test\n{comments}element{elements}{vertices}{after}end_header\n")
+                data = content[start:]
+                self.assertEqual(data[: len(body_before("<"))], body_before("<"))
+                self.assertEqual(data[-len(body_after("<")) :], body_after("<"))
+                found = data[len(body_before("<")) : -len(body_after("<"))]
+                self.assert_near(list(struct.iter_unpack("<3f", found)), [moved(transform, p) for p in POINTS])
+
+    def test_what_a_format_cannot_hold_is_named(self):
+        faces = "element face 2\nproperty list uchar int vertex_indices\n"
+        mesh = self.write("mesh.ply", ply(POINTS, after=faces) + b"3 0 1 2\n3 1 2 3\n")
+        padded = self.write("padded.pcd", pcd([(*p, 0, 0) for p in POINTS], "binary", [*XYZ, ("_", "U", 1, 2)]))
+        target = self.write("target.pcd", pcd(TARGET))
+        for source, output, word in [(mesh, "mesh.pcd", "2 of element face"), (padded, "padded.ply", "the fields _")]:
+            with self.subTest(output):
+                done = self.run_command("align", source, target, "-o", self.path(output), "--json", "-")
+                self.assertEqual(done.returncode, 0)
+                [line] = self.checked(done.stdout)["warnings"]
+                self.assertEqual(done.stderr, f"pcl_gpu_icp: warning: {line}\n")
+                self.assertIn(self.path(output), line)
+                self.assertIn(word, line)
+                quiet = self.run_command("align", source, target, "-o", self.path(output), "--force", "--quiet")
+                self.assertEqual((quiet.returncode, quiet.stdout, quiet.stderr), (0, "", ""))
+
+    def test_padding_and_comments_of_a_pcd_file_are_kept(self):
+        fields = [*XYZ, ("_", "U", 1, 4), ("ring", "U", 2, 1), ("_", "U", 1, 3)]
+        points = [(*p, 1, 2, 3, 4, i, 5, 6, 7) for i, p in enumerate(POINTS)]
+        source = pcd(points, "binary", fields).replace(b"VERSION", b"# scanned by hand\nVERSION")
+        output, transform = self.aligned(source)
+        header, data = read(output, "rb").split(b"DATA binary\n", 1) # PCL cannot read compressed ones
+        self.assertIn(b"# scanned by hand\n", header)
+        self.assertIn(b"FIELDS x y z _ ring _\nSIZE 4 4 4 1 2 1\nTYPE F F F U U U\nCOUNT 1 1 1 4 1 3\n", header)
+        found = list(struct.iter_unpack("<3f4BH3B", data))
+        self.assert_near([p[:3] for p in found], [moved(transform, p) for p in POINTS])
+        self.assertEqual([p[3:] for p in found], [p[3:] for p in points])
+
+    def test_bits_of_values_that_are_no_measurements_are_kept(self):
+        """Colours that are NaN as floats, subnormals, labels of all ones."""
+        fields = [*XYZ, ("rgb", "U", 4, 1), ("label", "U", 4, 1), ("stamp", "U", 8, 1)]
+        as_float = [*XYZ, ("rgb", "F", 4, 1), ("label", "U", 4, 1), ("stamp", "F", 8, 1)]
+        points = [(*p, 0xFFC0FFEE - i, 0xFFFFFFFF, 0x7FF4000000000001 + i) for i, p in enumerate(POINTS)]
+        for encoding in ("binary", "binary_compressed"):
+            header = pcd([], encoding, as_float, count=len(POINTS)).split(b"DATA")[0]
+            content = header + b"DATA" + pcd(points, encoding, fields).split(b"DATA", 1)[1]
+            for output in ("out.pcd",):
+                path, _ = self.aligned(content, output, "--force")
+                header_out, found = read_pcd(path)
+                packed = [struct.pack("<fId", *p[3:]) for p in found]
+                self.assertEqual(header_out["TYPE"], list("FFFFUF"))
+                self.assertEqual(packed, [struct.pack("<IIQ", *p[3:]) for p in points])
+
+    def test_labels_beyond_their_type_keep_their_bits(self):
+        header = pcd([], "ascii", [*XYZ, ("label", "U", 4, 1), ("rgb", "I", 4, 1), ("ring", "U", 1, 1)], count=len(POINTS))
+        rows = "".join("%r %r %r -1 4278255360 300\n" % p for p in POINTS).encode()
+        source, target = self.write("s.pcd", header + rows), self.write("t.pcd", pcd(TARGET))
+        done = self.run_command("align", source, target, "-o", self.path("out.pcd"), "--quiet")
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.assertEqual({p[3:] for p in read_pcd(self.path("out.pcd"))[1]}, {(0xFFFFFFFF, 4278255360 - 2**32, 255)})
+
+    def test_integer_coordinates_become_double(self):
+        millimetres = [tuple(round(1000 * v) for v in p) for p in POINTS]
+        source = self.write("s.pcd", pcd(millimetres, "binary", [(n, "I", 2, 1) for n in "xyz"]))
+        target = self.write("t.pcd", pcd([tuple(1000 * v for v in p) for p in TARGET]))
+        done = self.run_command("align", source, target, "-o", self.path("out.pcd"), "--json", "-")
+        header, found = read_pcd(self.path("out.pcd"))
+        self.assertEqual((header["SIZE"], header["TYPE"]), (["8"] * 3, ["F"] * 3))
+        self.assert_near(found, [moved(self.checked(done.stdout)["transform"], p) for p in millimetres], 1e-6)
 
     def test_ply_has_no_8_byte_integers(self):
         source = self.write("s.pcd", pcd([(*p, 5) for p in POINTS], "binary", XYZ + [("stamp", "U", 8, 1)]))

@@ -1,0 +1,209 @@
+#include "cli/foreign_file.h"
+
+#include "cli/input_file.h"
+#include "cli/number.h"
+
+#include "report/format.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <utility>
+
+namespace pcl_gpu_icp::cli {
+namespace {
+
+/// Formats that start with bytes of their own. FILE is the file, NEW one of its name that ends in .pcd, BARE the name
+/// without its extension.
+struct Signature {
+  std::string_view start;
+  const char* what;
+  const char* remedy;
+};
+
+// Debian 12 has nothing that converts these.
+constexpr const char* by_pdal = "; where PDAL is, which Debian 12 has not: pdal translate FILE BARE.ply";
+
+constexpr const char* from_stl = ": pcl_converter -c FILE NEW (package pcl-tools)";
+
+constexpr Signature signatures[] = {
+    {"\x1F\x8B", "compressed by gzip", ": gunzip -k FILE"},
+    {"BZh", "compressed by bzip2", ": bunzip2 -k FILE"},
+    {"\xFD"
+     "7zXZ",
+     "compressed by xz",
+     ": unxz -k FILE"},
+    {"\x28\xB5\x2F\xFD", "compressed by zstd", ": zstd -d FILE (package zstd)"},
+    {"\x04\x22\x4D\x18", "compressed by lz4", ": lz4 -d FILE BARE (package lz4)"},
+    {"7z\xBC\xAF", "a 7z archive", ": 7z x FILE (package p7zip-full)"},
+    {"PK\x03\x04", "a zip archive", ": unzip FILE (package unzip)"},
+    {"LASF", "a LAS or LAZ file", by_pdal},
+    {"ASTM-E57", "an E57 file", by_pdal},
+    {"version https://git-lfs", "a Git LFS pointer, not the file itself", ": git lfs pull (package git-lfs)"},
+    {"# vtk DataFile", "a VTK file", ": pcl_vtk2pcd FILE NEW (package pcl-tools)"},
+    {"#ROSBAG", "a ROS bag", "; write its clouds as PCD files first"},
+    {"solid", "an STL mesh", from_stl},
+    {"\xFF\xFE", "a text in UTF-16", ": iconv -f UTF-16 -t UTF-8 FILE > NEW"},
+    {"\xFE\xFF", "a text in UTF-16", ": iconv -f UTF-16 -t UTF-8 FILE > NEW"},
+};
+
+struct Names {
+  std::string file;
+  std::string new_file;
+  std::string bare;
+};
+
+std::string filledIn(std::string text, const Names& names)
+{
+  for (const auto& [word, name] : {std::pair("FILE", &names.file), {"NEW", &names.new_file}, {"BARE", &names.bare}})
+    for (std::size_t at = text.find(word); at != std::string::npos; at = text.find(word, at + name->size()))
+      text.replace(at, std::string_view(word).size(), *name);
+  return text;
+}
+
+/// Rows of numbers, behind lines of something else.
+struct Table {
+  std::size_t lines_before = 0;
+  std::size_t rows = 0;
+  std::size_t columns = 0;
+  char separator = ' '; ///< or a comma or semicolon
+};
+
+std::size_t countNumbers(std::string_view line, char separator)
+{
+  const std::string separators = std::string(" \t\r") + separator;
+  std::size_t numbers = 0;
+  for (auto word = nextWord(line, separators); !word.empty(); word = nextWord(line, separators), ++numbers)
+    if (!parseReal(word))
+      return 0;
+  return numbers;
+}
+
+/// What the first lines are; a table has three columns or more.
+Table tableIn(std::string_view content)
+{
+  constexpr std::size_t most_before = 20;
+  Table table;
+  const char end = lineEnd(content);
+  while (!content.empty() && table.lines_before <= most_before) {
+    const std::string_view line = nextLine(content, end);
+    table.separator = line.find(';') != std::string_view::npos   ? ';'
+                      : line.find(',') != std::string_view::npos ? ','
+                                                                 : ' ';
+    table.columns = countNumbers(line, table.separator);
+    if (table.columns < 3) {
+      ++table.lines_before;
+      continue;
+    }
+    table.rows = 1;
+    while (!content.empty() && countNumbers(nextLine(content, end), table.separator) == table.columns)
+      ++table.rows;
+    return table;
+  }
+  return {};
+}
+
+/// The names of the columns of a table, as far as they are plain from how many there are.
+std::string fieldsOf(std::size_t columns)
+{
+  std::string fields = "x y z";
+  for (std::size_t i = 4; i <= columns; ++i)
+    fields += columns == 4 ? " intensity" : report::format(" column_%zu", i);
+  return fields;
+}
+
+/// A shell command that puts a header before a file's data.
+std::string
+headerCommand(const std::string& fields, const std::string& data, const std::string& body, const Names& names)
+{
+  return ": (printf 'FIELDS " + fields + "\\nDATA " + data + "\\n'; " + body + ") > " + names.new_file;
+}
+
+std::string describeTable(const Table& table, const Names& names)
+{
+  std::string body = table.lines_before > 0 ? "tail -n +" + std::to_string(table.lines_before + 1) + " " + names.file
+                                            : "cat " + names.file;
+  if (table.separator != ' ')
+    body += std::string(" | tr '") + table.separator + "' ' '";
+  return report::format("looks like a table of %zu columns", table.columns) +
+         headerCommand(fieldsOf(table.columns), "ascii", body, names);
+}
+
+/// Lines "v x y z", in the first of the file or behind comments and names of materials.
+bool looksLikeObj(std::string_view content)
+{
+  for (int line_number = 0; line_number < 100 && !content.empty(); ++line_number) {
+    std::string_view line = nextLine(content);
+    if (nextWord(line) == "v" && countNumbers(line, ' ') >= 3)
+      return true;
+  }
+  return false;
+}
+
+/// The lines of its vertices, as sed takes them.
+std::optional<std::string> verticesOfOff(std::string_view content)
+{
+  const char end = lineEnd(content);
+  std::string_view line = nextLine(content, end);
+  const std::string_view magic = nextWord(line);
+  if (magic.size() < 3 || magic.substr(magic.size() - 3) != "OFF")
+    return std::nullopt;
+  for (std::size_t number = 2; !content.empty(); ++number) {
+    line = nextLine(content, end);
+    const std::string_view first = nextWord(line);
+    if (first.empty() || first.front() == '#')
+      continue;
+    const auto count = parseNumber<std::uint32_t>(first);
+    return count ? std::optional(report::format("%zu,%zu", number + 1, number + *count)) : std::nullopt;
+  }
+  return std::nullopt;
+}
+
+bool looksBinary(std::string_view content)
+{
+  const std::string_view start = content.substr(0, 4096);
+  return start.find('\0') != std::string_view::npos;
+}
+
+} // namespace
+
+std::string describeForeign(const std::string& path, std::string_view content)
+{
+  const std::filesystem::path name(path);
+  const Names names{shellWord(path),
+                    shellWord((name.parent_path() / name.stem()).string() + ".pcd"),
+                    shellWord((name.parent_path() / name.stem()).string())};
+  const std::string extension = lowerCase(name.extension().string());
+  const auto looksLike = [&](const char* what, const std::string& remedy) {
+    return std::string("is not a PCD or PLY file; it looks like ") + what + filledIn(remedy, names);
+  };
+  content = withoutByteOrderMark(content);
+  for (const Signature& signature : signatures)
+    if (content.substr(0, signature.start.size()) == signature.start)
+      return looksLike(signature.what, signature.remedy);
+  if (const auto lines = verticesOfOff(content))
+    return looksLike("an OFF mesh",
+                     headerCommand(fieldsOf(3), "ascii", "sed -n " + *lines + "p FILE | cut -d' ' -f1-3", names));
+  const std::string start = lowerCase(content.substr(0, 512));
+  if (start.find("<html") != std::string::npos || start.find("<!doctype html") != std::string::npos)
+    return looksLike("an HTML page, as a failed download leaves: download the file itself", "");
+  const char first = start[std::min(start.find_first_not_of(" \t\r\n"), start.size())]; // a string ends with '\0'
+  if (first == '<' || first == '{' || first == '[')
+    return looksLike(first == '<' ? "XML" : "JSON", ", not points");
+  if (extension == ".bin" && looksBinary(content) && content.size() % 16 == 0)
+    return looksLike("a scan of KITTI, 4 floats a point",
+                     headerCommand("x y z intensity", "binary", "cat FILE", names));
+  if (extension == ".stl")
+    return looksLike("an STL mesh", from_stl);
+  if (looksBinary(content))
+    return "is not a PCD or PLY file, nor of a format known by its first bytes; convert it to one of them";
+  if (looksLikeObj(content))
+    return looksLike("an OBJ mesh", ": pcl_obj2pcd FILE NEW (package pcl-tools)");
+  const Table table = tableIn(content);
+  if (table.rows > 0)
+    return "is not a PCD or PLY file; it " + describeTable(table, names);
+  return "is not a PCD or PLY file: it has neither the line FIELDS of the one nor the first line 'ply' of the other";
+}
+
+} // namespace pcl_gpu_icp::cli
