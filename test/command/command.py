@@ -308,14 +308,16 @@ def ply(points, encoding="ascii", properties=PLY_XYZ, before="", body_before=b""
 
 
 def read_ply(path):
-    """Header lines, property names and points of a binary little-endian PLY file."""
+    """Header lines, property names and points of a binary little-endian PLY file, behind which only a camera may be."""
     content = pathlib.Path(path).read_bytes()
     start = content.index(b"end_header\n") + len(b"end_header\n")
     header = content[:start].decode().splitlines()
-    properties = [line.split()[1:] for line in header if line.startswith("property ")]
+    camera = header.index("element camera 1") if "element camera 1" in header else len(header)
+    properties = [line.split()[1:] for line in header[:camera] if line.startswith("property ")]
     packing = "<" + "".join(PLY_FORMATS[kind] for kind, _ in properties)
     count = next(int(line.split()[2]) for line in header if line.startswith("element vertex"))
     step = struct.calcsize(packing)
-    assert len(content) == start + count * step
+    camera_size = 4 * sum(line.startswith("property ") for line in header[camera:])
+    assert len(content) == start + count * step + camera_size
     points = [struct.unpack_from(packing, content, start + i * step) for i in range(count)]
     return header, [name for _, name in properties], points
