@@ -1,5 +1,6 @@
 #pragma once
 
+#include <csignal>
 #include <stdexcept>
 #include <string>
 
@@ -16,6 +17,9 @@ enum class ExitCode {
   Interrupted = 130, ///< by SIGINT, as shells number it
   Terminated = 143,  ///< by SIGTERM
 };
+
+/// How a command ends that a signal interrupts.
+constexpr ExitCode interruptedBy(int signal) { return signal == SIGINT ? ExitCode::Interrupted : ExitCode::Terminated; }
 
 constexpr const char* toString(ExitCode code)
 {
