@@ -3,6 +3,7 @@
 #include "cli/cloud_pair.h"
 #include "cli/commands.h"
 #include "cli/icp_settings.h"
+#include "cli/interruption.h"
 #include "cli/live_line.h"
 #include "cli/options.h"
 #include "cli/output_file.h"
@@ -165,7 +166,10 @@ Run addAlign(CLI::App& command)
           [](std::string& path) { return formatOf(path) ? "" : path + " ends in neither .pcd nor .ply"; }, ""))
       ->type_name("FILE");
   command.add_option("--matrix", options->matrix, "write the transform: 4 lines of 4 numbers")->type_name("FILE");
-  return [options] { return align(*options); };
+  return [options] {
+    const Interruption interruption(endAtOnce);
+    return align(*options);
+  };
 }
 
 } // namespace pcl_gpu_icp::cli

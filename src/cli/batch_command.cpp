@@ -18,7 +18,6 @@
 #include <pcl_gpu_icp/batch.h>
 #include <pcl_gpu_icp/device.h>
 
-#include <csignal>
 #include <filesystem>
 #include <limits>
 #include <map>
@@ -142,7 +141,7 @@ public:
     report::BatchReport report = align();
     if (report.left() > 0 && signal_ != 0)
       throw Failure(
-          signal_ == SIGINT ? ExitCode::Interrupted : ExitCode::Terminated,
+          interruptedBy(signal_),
           report::format("interrupted with %zu of %zu pairs left; --resume goes on", report.left(), report.pairs));
     report.options = given;
     write(report);
@@ -171,7 +170,7 @@ private:
   {
     const std::size_t kept = kept_.pairs - kept_.left();
     BatchProgress progress(pairs_.size(), kept, kept_.unsuccessful.size(), options_.quiet);
-    Interruption interruption([this] { aligner_.cancel(); });
+    Interruption interruption([this](int /*signal*/) { aligner_.cancel(); });
     report::BatchReport report;
     {
       const auto begin = std::chrono::steady_clock::now();
@@ -274,8 +273,10 @@ ExitCode batch(const BatchOptions& options, const OptionTexts& given)
 {
   if (options.manifest.empty() == options.sequence.empty())
     throw Failure(ExitCode::Usage, "batch takes either MANIFEST or --sequence (see --help)");
-  Interruption::holdBack();
-  const std::vector<ListedPair> pairs = listPairs(options, given);
+  const std::vector<ListedPair> pairs = [&] {
+    const Interruption interruption(endAtOnce); // there is nothing yet that could be resumed
+    return listPairs(options, given);
+  }();
   return Batch(options, pairs, selectDevices(options.devices)).run(given);
 }
 

@@ -41,7 +41,8 @@ BatchFiles::BatchFiles(const std::string& directory,
     return std::make_unique<OutputFile>(option, in_directory(name), overwrite);
   };
   const std::string results_path = in_directory("results" + part + ".jsonl");
-  if (!overwrite && fs::exists(results_path))
+  std::error_code error;
+  if (!overwrite && fs::exists(results_path) && fs::file_size(results_path, error) != 0)
     throw ResultsFile::refusal(results_path);
   if (has_trajectory) {
     kitti = open("trajectory.kitti.txt");

@@ -1,6 +1,7 @@
 #include "cli/cloud.h"
 
 #include "cli/input_file.h"
+#include "cli/lower_case.h"
 #include "cli/number.h"
 
 #include <pcl/pcl_config.h>

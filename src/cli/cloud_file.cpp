@@ -2,6 +2,7 @@
 
 #include "cli/foreign_file.h"
 #include "cli/input_file.h"
+#include "cli/lower_case.h"
 #include "cli/number.h"
 #include "cli/pcd.h"
 #include "cli/ply.h"
@@ -47,9 +48,7 @@ bool isPcd(std::string_view content)
 
 std::optional<CloudFormat> formatOf(const std::string& path)
 {
-  std::string extension = std::filesystem::path(path).extension().string();
-  std::transform(
-      extension.begin(), extension.end(), extension.begin(), [](unsigned char c) { return std::tolower(c); });
+  const std::string extension = lowerCase(std::filesystem::path(path).extension().string());
   if (extension == ".pcd")
     return CloudFormat::Pcd;
   if (extension == ".ply")

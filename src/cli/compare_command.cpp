@@ -1,6 +1,7 @@
 #include "cli/cloud_pair.h"
 #include "cli/commands.h"
 #include "cli/icp_settings.h"
+#include "cli/interruption.h"
 #include "cli/options.h"
 #include "cli/output_file.h"
 #include "cli/stock_process.h"
@@ -224,7 +225,10 @@ Run addCompare(CLI::App& command)
       ->check(positiveNumber())
       ->type_name("SECONDS")
       ->capture_default_str();
-  return [options] { return compare(*options); };
+  return [options] {
+    const Interruption interruption(endAtOnce);
+    return compare(*options);
+  };
 }
 
 } // namespace pcl_gpu_icp::cli

@@ -1,4 +1,5 @@
 #include "cli/commands.h"
+#include "cli/interruption.h"
 #include "cli/output_file.h"
 
 #include "report/device_report.h"
@@ -37,7 +38,10 @@ Run addDevices(CLI::App& command)
 {
   const auto json = std::make_shared<bool>(false);
   command.add_flag("--json", *json, "print JSON");
-  return [json] { return listDevices(*json); };
+  return [json] {
+    const Interruption interruption(endAtOnce);
+    return listDevices(*json);
+  };
 }
 
 } // namespace pcl_gpu_icp::cli

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <csignal>
 #include <exception>
 #include <stdexcept>
 #include <string>
@@ -18,6 +19,9 @@ enum class ExitCode {
   Interrupted = 130, ///< by SIGINT, as shells number it
   Terminated = 143,  ///< by SIGTERM
 };
+
+/// How a command ends that a signal interrupts.
+constexpr ExitCode interruptedBy(int signal) { return signal == SIGINT ? ExitCode::Interrupted : ExitCode::Terminated; }
 
 constexpr const char* toString(ExitCode code)
 {

@@ -1,6 +1,7 @@
 #include "cli/foreign_file.h"
 
 #include "cli/input_file.h"
+#include "cli/lower_case.h"
 #include "cli/number.h"
 
 #include "report/format.h"

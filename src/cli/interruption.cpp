@@ -1,6 +1,10 @@
 #include "cli/interruption.h"
 
+#include "cli/failure.h"
+#include "cli/output_file.h"
+
 #include <csignal>
+#include <unistd.h>
 #include <utility>
 
 namespace pcl_gpu_icp::cli {
@@ -33,7 +37,7 @@ void Interruption::holdBack()
   pthread_sigmask(SIG_BLOCK, &both, nullptr);
 }
 
-Interruption::Interruption(std::function<void()> on_interrupt)
+Interruption::Interruption(std::function<void(int)> on_interrupt)
 : thread_([this, on_interrupt = std::move(on_interrupt)] { wait(on_interrupt); })
 {
 }
@@ -56,7 +60,7 @@ int Interruption::signal() const
   return signal_;
 }
 
-void Interruption::wait(const std::function<void()>& on_interrupt)
+void Interruption::wait(const std::function<void(int)>& on_interrupt)
 {
   sigset_t awaited = heeded;
   sigaddset(&awaited, wake_signal);
@@ -71,10 +75,16 @@ void Interruption::wait(const std::function<void()>& on_interrupt)
       break;
     }
   }
-  on_interrupt();
+  on_interrupt(number);
   pthread_sigmask(SIG_UNBLOCK, &heeded, nullptr); // so that a second one has its usual effect
   std::unique_lock<std::mutex> lock(mutex_);
   ends_.wait(lock, [this] { return ending_; });
+}
+
+void endAtOnce(int signal)
+{
+  OutputFile::endAll();
+  _exit(static_cast<int>(interruptedBy(signal)));
 }
 
 } // namespace pcl_gpu_icp::cli

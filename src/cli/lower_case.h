@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <cctype>
 #include <string>
+#include <string_view>
 
 namespace pcl_gpu_icp::cli {
 
-inline std::string inLowerCase(std::string text)
+inline std::string lowerCase(std::string_view spelled)
 {
+  std::string text(spelled);
   std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::tolower(c); });
   return text;
 }

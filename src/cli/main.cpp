@@ -1,5 +1,6 @@
 #include "cli/commands.h"
 #include "cli/guess.h"
+#include "cli/interruption.h"
 
 #include <pcl_gpu_icp/version.h>
 
@@ -25,8 +26,7 @@ int run(int argc, char** argv)
   app.set_version_flag("--version", "pcl_gpu_icp " PCL_GPU_ICP_VERSION);
   app.require_subcommand(1);
   app.footer("Exit status: 0 converged or at the iteration limit, 1 ran but has no answer (compare: or the results "
-             "differ), 2 usage, 3 input, "
-             "4 device, 5 output, 70 internal error, 130 or 143 interrupted (batch).");
+             "differ), 2 usage, 3 input, 4 device, 5 output, 70 internal error, 130 or 143 interrupted.");
   Run command;
   const auto add = [&](const char* name, const char* description, Run (*build)(CLI::App&)) {
     CLI::App* subcommand = app.add_subcommand(name, description);
@@ -57,6 +57,7 @@ int run(int argc, char** argv)
 int main(int argc, char** argv)
 {
   using namespace pcl_gpu_icp;
+  cli::Interruption::holdBack();
   // A file size limit shall be an error of write(), which is reported.
   std::signal(SIGXFSZ, SIG_IGN);
   pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS);

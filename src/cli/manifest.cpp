@@ -101,7 +101,7 @@ void readRecords(Manifest& manifest, const std::vector<CsvRecord>& records)
     return;
   std::vector<std::string> names;
   for (const std::string& name : records.front().fields)
-    names.push_back(inLowerCase(name));
+    names.push_back(lowerCase(name));
   for (auto name = names.begin(); name != names.end(); ++name) {
     manifest.checkColumn(records.front().line, *name);
     if (std::find(names.begin(), name, *name) != name)
@@ -138,8 +138,8 @@ void readObjects(Manifest& manifest, std::string_view content)
     }
     std::map<std::string, std::string> columns;
     for (auto& [name, text_of_member] : members)
-      if (!columns.emplace(inLowerCase(name), std::move(text_of_member)).second)
-        manifest.fail(line, "has " + inLowerCase(name) + " twice");
+      if (!columns.emplace(lowerCase(name), std::move(text_of_member)).second)
+        manifest.fail(line, "has " + lowerCase(name) + " twice");
     manifest.add(line, std::move(columns));
   }
 }
@@ -155,7 +155,7 @@ std::vector<ListedPair> readManifest(const std::string& path, const OptionTexts&
 std::vector<ListedPair>
 parseManifest(const std::string& path, std::string_view content, const OptionTexts& defaults, PairOptions& options)
 {
-  const std::string extension = inLowerCase(fs::path(path).extension().string());
+  const std::string extension = lowerCase(fs::path(path).extension().string());
   const bool is_csv = extension == ".csv";
   if (!is_csv && extension != ".jsonl" && extension != ".json-lines" && extension != ".ndjson")
     throw inputFailure(path, "is neither .csv nor .jsonl");

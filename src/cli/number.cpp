@@ -1,6 +1,7 @@
 #include "cli/number.h"
 
-#include <cctype>
+#include "cli/lower_case.h"
+
 #include <clocale>
 #include <cstdlib>
 #include <limits>
@@ -22,14 +23,6 @@ bool spellsNoValue(std::string text)
 }
 
 } // namespace
-
-std::string lowerCase(std::string_view text)
-{
-  std::string lower(text);
-  for (char& character : lower)
-    character = static_cast<char>(std::tolower(static_cast<unsigned char>(character)));
-  return lower;
-}
 
 std::optional<double> parseReal(std::string_view text)
 {

@@ -38,8 +38,6 @@ constexpr std::string_view number_separators = " \t\r\n,;[]()";
 /// -1.#IND) and of what has no value (None, null). Beyond double it is infinite, or zero.
 std::optional<double> parseReal(std::string_view text);
 
-std::string lowerCase(std::string_view text);
-
 /// Takes the next word off the front of `text`; empty when there is none.
 inline std::string_view nextWord(std::string_view& text, std::string_view separators = " \t\r")
 {

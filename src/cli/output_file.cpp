@@ -8,6 +8,8 @@
 #include <cstring>
 #include <fcntl.h>
 #include <filesystem>
+#include <mutex>
+#include <set>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -42,6 +44,17 @@ bool renamed(const std::string& from, const std::string& to, bool overwrite)
     return false;
   }
   return rename(from.c_str(), to.c_str()) == 0;
+}
+
+/// The names of the temporary files that there are.
+struct Temporaries {
+  std::mutex mutex;
+  std::set<std::string> names;
+};
+Temporaries& temporaries()
+{
+  static auto& all = *new Temporaries; // a signal may end the process while static objects are destroyed
+  return all;
 }
 
 mode_t defaultMode()
@@ -81,8 +94,18 @@ OutputFile::OutputFile(std::string option, const std::string& path, bool overwri
 
 OutputFile::~OutputFile()
 {
-  if (!temporary_.empty())
-    unlink(temporary_.c_str());
+  if (temporary_.empty())
+    return;
+  const std::lock_guard<std::mutex> lock(temporaries().mutex);
+  unlink(temporary_.c_str());
+  temporaries().names.erase(temporary_);
+}
+
+void OutputFile::endAll()
+{
+  temporaries().mutex.lock(); // for good
+  for (const std::string& name : temporaries().names)
+    unlink(name.c_str());
 }
 
 void OutputFile::fail(const std::string& why) const
@@ -94,10 +117,15 @@ void OutputFile::write(std::string_view content)
 {
   const fs::path location(location_);
   std::string name = (location.parent_path() / ".pcl_gpu_icp.XXXXXX").string();
-  const int file = mkstemp(name.data());
-  if (file < 0)
-    fail(lastError());
-  temporary_ = name;
+  int file = -1;
+  {
+    const std::lock_guard<std::mutex> lock(temporaries().mutex);
+    file = mkstemp(name.data());
+    if (file < 0)
+      fail(lastError());
+    temporaries().names.insert(name);
+    temporary_ = name;
+  }
   struct stat existing;
   const mode_t mode = stat(location_.c_str(), &existing) == 0 ? existing.st_mode & 07777 : defaultMode();
   const bool written = writeAll(file, content) && fchmod(file, mode) == 0 && synchronised(file);
@@ -110,8 +138,10 @@ void OutputFile::write(std::string_view content)
 
 void OutputFile::commit()
 {
+  const std::lock_guard<std::mutex> lock(temporaries().mutex);
   if (!renamed(temporary_, location_, overwrite_))
     fail(errno == EEXIST ? "appeared meanwhile; --force overwrites it" : lastError());
+  temporaries().names.erase(temporary_);
   temporary_.clear();
 }
 

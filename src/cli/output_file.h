@@ -22,6 +22,9 @@ public:
   /// Gives what was written its name.
   void commit();
 
+  /// Removes all temporary files that there are. For a process that ends at once: nothing can be written any more.
+  static void endAll();
+
   const std::string& option() const { return option_; }
   const std::string& path() const { return path_; }
 

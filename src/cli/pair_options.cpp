@@ -56,7 +56,7 @@ std::string PairOptions::checked(const std::string& name, const std::string& tex
   const CLI::Option* option = app_.get_option_no_throw("--" + name);
   if (!option)
     throw std::invalid_argument("there is no option " + name + " for a pair");
-  std::string result = isFlag(*option) ? inLowerCase(text) : canonical(text);
+  std::string result = isFlag(*option) ? lowerCase(text) : canonical(text);
   if (isFlag(*option) && result != "true" && result != "false")
     throw std::invalid_argument(name + ": " + text + " is not true or false");
   try {

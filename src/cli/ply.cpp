@@ -1,6 +1,7 @@
 #include "cli/ply.h"
 
 #include "cli/input_file.h"
+#include "cli/lower_case.h"
 #include "cli/number.h"
 #include "cli/ply_format.h"
 

@@ -16,10 +16,7 @@ ResultsFile::ResultsFile(const std::string& path, Existing existing)
 : path_(path)
 {
   // Without O_NONBLOCK opening a pipe would wait for its reader.
-  const int flags = O_WRONLY | O_APPEND | O_CREAT | O_CLOEXEC | O_NONBLOCK;
-  file_ = ::open(path.c_str(), existing == Existing::Refused ? flags | O_EXCL : flags, 0666);
-  if (file_ < 0 && errno == EEXIST)
-    throw refusal(path);
+  file_ = ::open(path.c_str(), O_WRONLY | O_APPEND | O_CREAT | O_CLOEXEC | O_NONBLOCK, 0666);
   if (file_ < 0)
     fail(std::strerror(errno));
   try {
@@ -39,13 +36,17 @@ ResultsFile::~ResultsFile() { close(file_); }
 
 void ResultsFile::open(Existing existing)
 {
+  const bool is_held = flock(file_, LOCK_EX | LOCK_NB) == 0;
+  const int not_held = errno;
   struct stat status;
   if (fstat(file_, &status) != 0)
     fail(std::strerror(errno));
   if (!S_ISREG(status.st_mode))
     fail("exists and is not a regular file");
-  if (flock(file_, LOCK_EX | LOCK_NB) != 0)
-    fail(errno == EWOULDBLOCK ? "another process is writing it" : std::strerror(errno));
+  if (!is_held)
+    fail(not_held == EWOULDBLOCK ? "another process is writing it" : std::strerror(not_held));
+  if (existing == Existing::Refused && status.st_size > 0)
+    throw refusal(path_);
   if (existing == Existing::Continued) {
     kept_ = readFile(path_);
     kept_.resize(kept_.rfind('\n') + 1); // npos + 1 is 0

@@ -11,6 +11,8 @@ namespace pcl_gpu_icp::cli {
 /// has it.
 class ResultsFile {
 public:
+  /// What is done with a file that exists. An empty one, of a run that was ended before its first result, is as good as
+  /// none.
   enum class Existing { Refused, Emptied, Continued };
 
   /// \throws Failure (Output) where it exists and is refused, cannot be written, or another process writes it

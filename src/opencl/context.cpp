@@ -3,6 +3,7 @@
 #include "device_handle.h"
 #include "error.h"
 #include "gate.h"
+#include "kernel_cache.h"
 #include "kernel_source.h"
 
 #include <algorithm>
@@ -41,6 +42,8 @@ Context::Context(const Device& device)
 : device_(device)
 , context_(translated(device.info().name, "", [&] { return cl::Context(device.handle_->device); }))
 {
+  if (isPocl(info()) && !kernelCache().obstacle.empty())
+    throw DeviceError({}, kernelCache().obstacle);
 }
 
 const cl::Device& Context::device() const { return device_.handle_->device; }

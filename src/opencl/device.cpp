@@ -3,6 +3,7 @@
 #include "device_handle.h"
 #include "error.h"
 #include "gate.h"
+#include "kernel_cache.h"
 
 #include <algorithm>
 #include <atomic>
@@ -82,6 +83,7 @@ DeviceInfo describe(const cl::Platform& platform, unsigned platform_index, const
 
 std::vector<cl::Platform> platforms()
 {
+  opencl::kernelCache(); // before PoCL looks for it
   constexpr int platform_not_found_khr = -1001;
   std::vector<cl::Platform> found;
   try {
@@ -107,6 +109,17 @@ std::optional<Type> typeNamed(const std::string& selector)
     if (selector == toString(type))
       return type;
   return std::nullopt;
+}
+
+/// What may keep PoCL, without which there is often no other device, from having one.
+std::string noDeviceAdvice()
+{
+  const opencl::KernelCache& cache = opencl::kernelCache();
+  if (!cache.obstacle.empty())
+    return cache.obstacle;
+  return "OpenCL is installed but no platform has a device; for the CPU: apt install pocl-opencl-icd; where it is "
+         "installed, see that " +
+         cache.directory + " can be made";
 }
 
 bool matches(const DeviceInfo& info, const std::string& selector)
@@ -203,8 +216,7 @@ Device Device::select(const std::string& selector)
 
   const std::vector<Device> devices = list();
   if (devices.empty())
-    throw DeviceError({CL_DEVICE_NOT_FOUND, "clGetDeviceIDs", "", ""},
-                      "OpenCL is installed but no platform has a device; for the CPU: apt install pocl-opencl-icd");
+    throw DeviceError({CL_DEVICE_NOT_FOUND, "clGetDeviceIDs", "", ""}, noDeviceAdvice());
 
   const auto choose = [&](const std::string& pattern) {
     return std::find_if(

@@ -12,6 +12,9 @@ struct DeviceHandle {
   cl::Device device;
 };
 
+/// Whether it is one of PoCL's, the OpenCL implementation for CPUs.
+inline bool isPocl(const DeviceInfo& info) { return info.platform == "Portable Computing Language"; }
+
 /// Whether this is a child process whose parent used OpenCL before fork().
 bool usedBeforeFork() noexcept;
 

@@ -1,12 +1,14 @@
 #include "kernel_variants.h"
 
+#include "device_handle.h"
+
 #include <map>
 
 namespace pcl_gpu_icp::opencl {
 
 KernelVariants* KernelVariants::of(const DeviceInfo& device, const std::string& kernel, const cl::NDRange& local)
 {
-  if (device.platform != "Portable Computing Language")
+  if (!isPocl(device))
     return nullptr;
   std::string key = kernel;
   for (std::size_t i = 0; i < local.dimensions(); ++i)

@@ -33,6 +33,8 @@ bool isKernelCase(const DeviceCase& device_case)
 
 bool DeviceCase::searches() const { return device.info().platform != "rusticl" || traits.shape != Shape::Chunked; }
 
+bool DeviceCase::isEmulated() const { return device.info().name.find("llvmpipe") != std::string::npos; }
+
 bool DeviceCase::inPasses() const { return traits.max_work_items == 1; }
 
 std::string DeviceCase::name() const
@@ -46,8 +48,7 @@ std::string DeviceCase::name() const
 
 std::size_t DeviceCase::mostPoints() const
 {
-  const bool emulated = device.info().name.find("llvmpipe") != std::string::npos;
-  const std::size_t most = inPasses() ? 2'500 : emulated ? 10'000 : 1'000'000;
+  const std::size_t most = inPasses() ? 2'500 : isEmulated() ? 10'000 : 1'000'000;
   const char* limit = std::getenv("STAGES_TEST_MAX_POINTS");
   return limit ? std::min<std::size_t>(most, std::strtoull(limit, nullptr, 10)) : most;
 }

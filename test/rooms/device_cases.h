@@ -25,6 +25,9 @@ struct DeviceCase {
   /// chooses there.
   bool searches() const;
 
+  /// Whether a CPU plays a GPU, which takes milliseconds for a launch.
+  bool isEmulated() const;
+
   /// Whether every launch of more than one work-group runs in several passes.
   bool inPasses() const;
 

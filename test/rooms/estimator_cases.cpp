@@ -43,7 +43,15 @@ std::ostream& operator<<(std::ostream& stream, const EstimatorCase& estimator_ca
 }
 
 std::vector<EstimatorCase> estimatorCases() { return withBothPipelines(deviceCases()); }
-std::vector<EstimatorCase> kernelEstimatorCases() { return withBothPipelines(kernelCases()); }
+
+std::vector<EstimatorCase> kernelEstimatorCases()
+{
+  std::vector<DeviceCase> devices = kernelCases();
+  devices.erase(
+      std::remove_if(devices.begin(), devices.end(), [](const auto& d) { return d.isEmulated() && d.inPasses(); }),
+      devices.end());
+  return withBothPipelines(devices);
+}
 
 void expectRigid(const Estimate& estimate, double tolerance)
 {

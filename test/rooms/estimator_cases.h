@@ -18,7 +18,8 @@ struct EstimatorCase {
 
 std::ostream& operator<<(std::ostream& stream, const EstimatorCase& estimator_case);
 
-/// deviceCases() and kernelCases(), each with both pipelines.
+/// deviceCases() and kernelCases(), each with both pipelines; of the latter not those that take long: passes on a
+/// device that is emulated.
 std::vector<EstimatorCase> estimatorCases();
 std::vector<EstimatorCase> kernelEstimatorCases();
 
