@@ -81,7 +81,7 @@ class Align(CommandTest):
         text = self.succeed("align", source, target, "--drop-zero-returns")
         self.assertIn("494 points, 479 used (dropped: 3 not finite, 12 zero returns)", text)
         self.assertIn("5 coincident with another)", text)
-        kept = self.align(source, target)
+        kept = self.align(source, target, "--quiet")
         self.assertEqual(kept["points"]["source"], 491)
 
     def test_no_correspondences(self):
@@ -135,6 +135,6 @@ class RealScans(CommandTest):
 
     def test_utm_terrain(self):
         terrain = self.shared("terrain_utm.pcd")
-        result = self.align(terrain, terrain, "--iterations", "3")
+        result = self.align(terrain, terrain, "--iterations", "3", "--quiet")
         self.assertEqual(result["rmse_before"], 0)
         self.assertLess(result["rmse"], 1e-6)

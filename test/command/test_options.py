@@ -151,7 +151,7 @@ class Options(CommandTest):
         self.assert_maps(result["transform"], POINTS, TARGET, 1e-3)
         points = read_pcd(output)[1]
         self.assertEqual(points[len(POINTS) :], zeros)
-        biased = self.align(source, target)
+        biased = self.align(source, target, "--quiet")
         self.assertGreater(abs(biased["transform"][0][3] - MOTION[0][3]), 1e-3)
 
     def test_search_and_pipeline(self):
