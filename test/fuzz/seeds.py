@@ -73,6 +73,8 @@ PLY = {
     "signed_list_length": ply("binary_little_endian", body=b"\xff" + ROWS,
                               before="element face 1\nproperty list char int l\n"),
     "grid": ply(before="obj_info num_cols 1\nobj_info num_rows 2\n"),
+    "empty": b"",
+    "blank_lines": b" \n\n\t\n",
     "many": ply(count=4294967295),
     "nothing_many_times": ply(before="element nothing 4294967295\n"),
     "no_name": ply(properties="float x\nfloat y\nfloat z\nfloat", body=b"1 2 3 4\n4 5 6 7\n"),
