@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <utility>
 
 namespace pcl_gpu_icp::opencl {
 
@@ -56,9 +57,10 @@ cl::Program Context::program(const std::string& file, const std::string& options
   if (found != programs_.end())
     return translated(info().name, file, [&] { return found->second; });
   return translated(info().name, file, [&] {
-    const cl::Program program(context_, kernelSource(file));
+    cl::Program program(context_, kernelSource(file));
     build(program, file, options);
-    return programs_[key] = program;
+    // Moved: a copy that cannot be retained must not stay.
+    return programs_.emplace(key, std::move(program)).first->second;
   });
 }
 

@@ -90,7 +90,7 @@ std::vector<cl::Platform> platforms()
     cl::Platform::get(&found);
   } catch (const cl::Error& error) {
     if (error.err() != platform_not_found_khr)
-      throw DeviceError({error.err(), error.what(), "", ""}, "");
+      throw DeviceError({error.err(), opencl::callName(error.what()), "", ""}, "");
   }
   if (found.empty())
     throw DeviceError({platform_not_found_khr, "clGetPlatformIDs", "", ""}, install_advice);
@@ -195,7 +195,7 @@ std::vector<Device> Device::list()
       all_platforms[p].getDevices(CL_DEVICE_TYPE_ALL, &found);
     } catch (const cl::Error& error) {
       if (error.err() != CL_DEVICE_NOT_FOUND)
-        throw DeviceError({error.err(), error.what(), "", ""}, "");
+        throw DeviceError({error.err(), opencl::callName(error.what()), "", ""}, "");
     }
     for (unsigned d = 0; d < found.size(); ++d) {
       devices.push_back(opencl::translated("", "", [&] {
