@@ -54,8 +54,9 @@ TEST_P(CrossCovarianceStage, IsTheSumOfOuterProducts)
     const Eigen::Matrix3d expected = source * target.transpose();
     const double magnitude = source.norm() * target.norm();
     EXPECT_LE((covarianceOf(source, target) - expected).cwiseAbs().maxCoeff(), 4 * GetParam().epsilon() * magnitude);
-    if (!GetParam().inPasses()) // each of which is a launch
+    if (!GetParam().inPasses()) { // each of which is a launch
       EXPECT_EQ(launches_, CrossCovariance::request(n).work_items.size() + 1);
+    }
   }
 }
 
