@@ -13,8 +13,8 @@ typedef struct {
   global const float* points; // 3 rows: x, y, z about the source's pivot
   // 5 rows: x, y, z where it was searched for, the reach of the nearest and that of all kept; 0: it was not
   global float* searched_at;
-  global int* candidates;    // KEPT_CANDIDATES rows: positions in the leaves, nearest first; -1: none
-  global int* matches;       // 1 row: the position matched; -1: none
+  global int* candidates; // KEPT_CANDIDATES rows: positions in the leaves, nearest first; -1: none
+  global int* matches;    // 1 row: the position matched; -1: none
   uint stride;
   uint n;
 } Source;

@@ -231,7 +231,7 @@ private:
         break;
       }
       // Where the scanner stood is mapped as it was; the rotation, of 9 digits, would lose more with each scan.
-      trajectory.add(orthonormalised(outcome->transform, {0, 0, 0}));
+      trajectory.add(nearestRigid(outcome->transform, {0, 0, 0}));
     }
     written.scans = pairs_.size() + 1;
     written.poses = trajectory.poses().size();

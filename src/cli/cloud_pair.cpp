@@ -35,7 +35,7 @@ CloudPair::CloudPair(std::shared_ptr<const PreparedCloud> from,
                      const RigidTransform& file_guess)
 : source(std::move(from))
 , target(std::move(to))
-, guess(recentred(orthonormalised(file_guess, source->centroid), source->origin, target->origin))
+, guess(recentred(nearestRigid(file_guess, source->centroid), source->origin, target->origin))
 {
 }
 

@@ -6,7 +6,6 @@
 #include "report/format.h"
 
 #include <Eigen/LU>
-#include <Eigen/SVD>
 
 #include <algorithm>
 #include <cmath>
@@ -15,9 +14,7 @@
 namespace pcl_gpu_icp::cli {
 namespace {
 
-using RowMajor3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
-using Rotation = Eigen::Map<const RowMajor3>;
-using MutableRotation = Eigen::Map<RowMajor3>;
+using Rotation = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>;
 
 bool isNumber(const std::string& text) { return parseNumber<double>(text).has_value(); }
 
@@ -40,7 +37,6 @@ std::vector<double> numbersOf(std::string_view text)
   return numbers;
 }
 
-constexpr double rotation_tolerance = 1e-3;
 constexpr double last_row_tolerance = 1e-6; // what a product of transforms may end with
 
 bool isLastRow(const std::array<double, 4>& row)
@@ -72,12 +68,12 @@ void checkRotation(const Rotation& rotation)
   const std::string refusal = "not a rigid transform: ";
   if (!product.allFinite()) // of NaN Eigen's largest may be anything
     throw std::invalid_argument(refusal + "its numbers are too large for a rotation");
-  if (error(1) <= rotation_tolerance) {
+  if (error(1) <= rigid_tolerance) {
     if (rotation.determinant() < 0)
       throw std::invalid_argument(refusal + "it mirrors (its determinant is -1)");
     return;
   }
-  if (error(square) <= rotation_tolerance * square)
+  if (error(square) <= rigid_tolerance * square)
     throw std::invalid_argument(refusal + report::format("it scales by %.9g%s",
                                                          std::sqrt(square),
                                                          rotation.determinant() < 0 ? " and mirrors" : ""));
@@ -85,7 +81,7 @@ void checkRotation(const Rotation& rotation)
                               report::format("a row's length squared, or two rows' product, is %.3g off a rotation's, "
                                              "and may be %g: write more digits",
                                              error(1),
-                                             rotation_tolerance));
+                                             rigid_tolerance));
 }
 
 } // namespace
@@ -141,19 +137,6 @@ RigidTransform readGuess(const std::string& argument)
       throw inputFailure("--guess " + argument, error.what());
     throw Failure(ExitCode::Usage, std::string("--guess: ") + error.what());
   }
-}
-
-RigidTransform orthonormalised(const RigidTransform& transform, const std::array<double, 3>& anchor)
-{
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(Rotation(transform.rotation.data()),
-                                              Eigen::ComputeFullU | Eigen::ComputeFullV);
-  RigidTransform result;
-  MutableRotation(result.rotation.data()) = svd.matrixU() * svd.matrixV().transpose();
-  const auto image = transform(anchor[0], anchor[1], anchor[2]);
-  const auto rotated = result(anchor[0], anchor[1], anchor[2]);
-  for (int i = 0; i < 3; ++i)
-    result.translation[i] = image[i] - rotated[i];
-  return result;
 }
 
 } // namespace pcl_gpu_icp::cli

@@ -18,14 +18,12 @@ bool namesFile(const std::string& argument);
 
 /// The rigid transform that a text has: a 4x4 matrix row by row, whose last row may be left out, with blanks, commas,
 /// semicolons or brackets between its numbers. What follows a # on a line is a comment. Its rotation may have been
-/// written with few digits. \throws std::invalid_argument that says what else it looks like
+/// written with few digits.
+/// \throws std::invalid_argument that says what else it looks like
 RigidTransform parseGuess(std::string_view text);
 
 /// The guess that an argument gives: a file name or numbers.
 /// \throws Failure (Usage) for numbers, (Input) for a file, that are not a rigid transform
 RigidTransform readGuess(const std::string& argument);
-
-/// The nearest transform with an exactly orthonormal rotation that maps `anchor` to the same place.
-RigidTransform orthonormalised(const RigidTransform& transform, const std::array<double, 3>& anchor);
 
 } // namespace pcl_gpu_icp::cli

@@ -104,6 +104,8 @@ private:
   {
     std::string_view first;
     while (first.empty()) { // "ply", behind blank lines
+      if (rest_.empty())
+        fail("it is empty");
       std::string_view line = nextLine(rest_, line_end_);
       first = nextWord(line);
     }

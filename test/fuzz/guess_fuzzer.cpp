@@ -16,7 +16,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
     fuzz::require(std::strlen(error.what()) > 10, "a refusal says what is wrong");
     return 0;
   }
-  const RigidTransform rotation = cli::orthonormalised(guess, {1, 2, 3});
+  const RigidTransform rotation = nearestRigid(guess, {1, 2, 3});
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) {
       double product = 0;

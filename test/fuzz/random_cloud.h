@@ -26,20 +26,24 @@ inline cli::Cloud randomCloud(Bytes& bytes)
   cli::Cloud cloud;
   const std::uint8_t coordinate = bytes.flag() ? Field::FLOAT64 : Field::FLOAT32;
   for (const char* name : {"x", "y", "z"})
-    cli::addField(cloud.data, name, coordinate);
+    cli::addField(cloud, "random", name, coordinate);
   const std::uint8_t chosen = bytes.byte();
   for (std::size_t i = 0; i < others.size(); ++i)
     if ((chosen >> i & 1) != 0) {
       const std::uint8_t type = types[bytes.upTo(types.size() - 1)];
       const bool is_colour = std::string_view(others[i]) == "rgb";
       const bool is_single = is_colour || i == 0; // PLY's names of normals are PCL's only for single ones
-      cli::addField(
-          cloud.data, others[i], is_colour ? std::uint8_t(Field::FLOAT32) : type, is_single ? 1 : 1 + bytes.upTo(2));
+      cli::addField(cloud,
+                    "random",
+                    others[i],
+                    is_colour ? std::uint8_t(Field::FLOAT32) : type,
+                    is_single ? 1 : 1 + bytes.upTo(2));
     }
   for (int axis = 0; axis < 3; ++axis)
     cloud.sensor_origin[axis] = static_cast<float>(bytes.byte()) / 8;
   cloud.sensor_orientation =
       Eigen::Quaternionf(1, static_cast<float>(bytes.byte()), 0, static_cast<float>(bytes.byte()));
+  cloud.has_pose = true;
   const std::size_t width = 1 + bytes.upTo(7);
   cloud.setSize(width, 1 + bytes.upTo(2), "random");
   cloud.data.data.resize(cloud.size() * cloud.data.point_step);
