@@ -54,7 +54,7 @@ class Faults(BatchTest):
         return done, counts, files
 
     def chosen(self, count):
-        return range(1, min(count, 100) + 1) if EVERY else sorted({1, count})
+        return range(1, min(count, 100) + 1) if EVERY else [count]
 
     def each(self, arguments, faults, check, **settings):
         """Runs them all, two at a time, and checks each: no end is one of a crash."""
@@ -81,7 +81,7 @@ class Faults(BatchTest):
             self.assertEqual([counts["left"].get(kind, 0) for kind in ("buffer", "queue", "kernel", "event")], [0] * 4)
 
     def test_opencl_of_align(self):
-        for options in ([], ["--search", "device", "--metric", "plane"]):
+        for options in ([[]] if EVERY else []) + [["--search", "device", "--metric", "plane"]]:
             arguments = ["align", self.source, self.target, "-o", "OUT/out.pcd", "--matrix", "OUT/m.txt", "--quiet",
                          *options]
             done, counts, whole = self.run_with(arguments)
@@ -114,7 +114,7 @@ class Faults(BatchTest):
                     self.assertRegex(fault[0], r"clRelease|clFinish|clEnqueueUnmapMemObject")
 
             faults = self.opencl_faults(counts["calls"])
-            self.each(arguments, faults if EVERY else [fault for fault in faults if fault[1] == 1], check)
+            self.each(arguments, faults if EVERY else faults[::4], check)
 
     def test_opencl_of_a_batch(self):
         """A failure is its pair's: the others get what they get without it."""
@@ -145,7 +145,7 @@ class Faults(BatchTest):
                 self.assertEqual(result.get("transform", transforms[pair]), transforms[pair])
 
         faults = self.opencl_faults(counts["calls"])
-        self.each(arguments, faults if EVERY else [fault for fault in faults if fault[1] > 1], check)
+        self.each(arguments, faults if EVERY else faults[::2], check)
 
     def of(self, files):
         lines = files["results.jsonl"].decode().splitlines()
@@ -192,11 +192,11 @@ class Faults(BatchTest):
             "close": (errno.EIO, errno.EINTR), "mkstemp": (errno.EACCES, errno.ENOSPC), "fchmod": (errno.EPERM,),
             "rename": (errno.EACCES, errno.EIO), "renameat2": (errno.EACCES, errno.ENOSPC)}
         return [(function, call, code) for function, of in codes.items()
-                for call in range(1, calls.get(function, 0) + 1) for code in of]
+                for call in range(1, calls.get(function, 0) + 1) for code in (of if EVERY else (of[0], of[-1]))]
 
     def test_files_of_align(self):
         names = ["out.pcd", "m.txt", "j.json"]
-        for existing in ([], names):
+        for existing in ([[]] if EVERY else []) + [names]:
             arguments = ["align", self.source, self.target, "-o", "OUT/out.pcd", "--matrix", "OUT/m.txt", "--json",
                          "OUT/j.json", "--quiet", *(["--force"] if existing else [])]
             done, counts, whole = self.run_with(arguments, existing=existing)
