@@ -13,7 +13,9 @@ namespace {
 template <typename Function>
 Function* real(Function* /*its own*/, const char* name)
 {
-  return reinterpret_cast<Function*>(dlsym(RTLD_NEXT, name));
+  // By name: a program whose calls end here does not need to be linked with it.
+  static void* const library = dlopen("libOpenCL.so.1", RTLD_NOW);
+  return reinterpret_cast<Function*>(dlsym(library, name));
 }
 
 template <typename Handle>
