@@ -162,7 +162,7 @@ class Outcomes(BatchTest):
         self.assertEqual([bad["pair"] for bad in summary["unsuccessful"]], [1, 3])
 
     def test_kinds_of_failure(self):
-        self.write("far.pcd", pcd([(1e30, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)]))
+        self.write("far.pcd", pcd([(9e17, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)]))
         self.pairs(1)
         rows = [("far.pcd", "far.pcd", "0.001", ""), ("scan_1.pcd", "scan_0.pcd", "", "none.txt")]
         results, _ = self.batch(self.manifest(rows, ("source", "target", "leaf", "guess")), code=NOT_CONVERGED)

@@ -7,6 +7,7 @@ import resource
 import signal
 import subprocess
 import time
+from unittest import mock
 
 from command import COMMAND, DEVICE, CommandTest, motion, moved, pcd, surface
 
@@ -19,13 +20,12 @@ class FirstStart(CommandTest):
         self.source = self.write("source.pcd", pcd(POINTS))
         self.target = self.write("target.pcd", pcd([moved(motion(3, (0.05, -0.08, 0.04)), p) for p in POINTS]))
         self.pair = (self.source, self.target)
-        # Only what a test sets: other places are for other tests.
+        # PoCL alone, and only the places that a test sets: others are for other tests.
+        environment = mock.patch.dict(os.environ, OCL_ICD_VENDORS="/etc/OpenCL/vendors/pocl.icd")
+        environment.start()
+        self.addCleanup(environment.stop)
         for name in ("POCL_CACHE_DIR", "XDG_CACHE_HOME", "POCL_KERNEL_CACHE"):
-            self.addCleanup(self.restore, name, os.environ.pop(name, None))
-
-    def restore(self, name, value):
-        if value is not None:
-            os.environ[name] = value
+            os.environ.pop(name, None)
 
 
 class Quiet(FirstStart):

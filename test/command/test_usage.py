@@ -63,5 +63,5 @@ class Usage(CommandTest):
                 self.fail_with(USAGE, "align", cloud, cloud, "--guess", *guess, names="--guess")
 
     def test_leaf_too_small_for_the_coordinates(self):
-        cloud = self.write("a.pcd", pcd([(1e30, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)]))
+        cloud = self.write("a.pcd", pcd([(9e17, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)]))
         self.fail_with(USAGE, "align", cloud, cloud, "--leaf", "0.001", names=["--leaf", cloud])

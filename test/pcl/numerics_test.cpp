@@ -78,7 +78,7 @@ protected:
     icp.setMaximumIterations(iterations);
     Cloud output;
     icp.align(output);
-    EXPECT_EQ(icp.getResult().message, "");
+    EXPECT_EQ(icp.getResult().message.empty(), icp.getResult().reason != Reason::NoCorrespondences);
     return icp.getFinalTransformation().template cast<double>();
   }
 
