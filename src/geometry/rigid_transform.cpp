@@ -1,6 +1,7 @@
 #include <pcl_gpu_icp/rigid_transform.h>
 
 #include <cmath>
+#include <cstddef>
 
 namespace pcl_gpu_icp {
 
@@ -58,8 +59,8 @@ RigidTransform inverse(const RigidTransform& transform)
 bool isRigid(const RigidTransform& transform)
 {
   const auto& r = transform.rotation;
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) {
+  for (std::size_t i = 0; i < 3; ++i)
+    for (std::size_t j = 0; j < 3; ++j) {
       const double product = r[3 * i] * r[3 * j] + r[3 * i + 1] * r[3 * j + 1] + r[3 * i + 2] * r[3 * j + 2];
       if (!(std::abs(product - (i == j ? 1 : 0)) <= rigid_tolerance))
         return false;

@@ -28,6 +28,7 @@ Bulk::Bulk(const std::vector<const float*>& samples)
   double widest = 0;
   for (int axis = 0; axis < 3; ++axis) {
     std::vector<double> coordinates;
+    coordinates.reserve(samples.size());
     for (const float* sample : samples)
       coordinates.push_back(sample[axis]);
     std::sort(coordinates.begin(), coordinates.end());

@@ -2,9 +2,9 @@
 
 // FLANN's allocator of nodes, which goes on with a null pointer where malloc() gives it one: here it throws. To be
 // included before anything else of FLANN. Nothing of FLANN that is instantiated here is visible outside of the library.
+#include <cstdio>
+#include <cstdlib>
 #include <new>
-#include <stdio.h>
-#include <stdlib.h>
 
 inline void* pclGpuIcpMallocOrThrow(std::size_t bytes)
 {
