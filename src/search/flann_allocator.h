@@ -2,9 +2,10 @@
 
 // FLANN's allocator of nodes, which goes on with a null pointer where malloc() gives it one: here it throws. To be
 // included before anything else of FLANN. Nothing of FLANN that is instantiated here is visible outside of the library.
-#include <cstdio>
-#include <cstdlib>
 #include <new>
+// The headers that FLANN's includes, before malloc has another name.
+#include <stdio.h>  // NOLINT(modernize-deprecated-headers)
+#include <stdlib.h> // NOLINT(modernize-deprecated-headers)
 
 inline void* pclGpuIcpMallocOrThrow(std::size_t bytes)
 {
