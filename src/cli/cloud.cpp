@@ -65,13 +65,13 @@ Stored store(std::string_view text, std::uint8_t* to)
     stored = storeInteger(text, value);
   }
   else {
-    const auto real = parseReal(text);
-    if (!real)
-      return Stored::No;
-    if constexpr (std::is_same_v<Number, float>)
-      value = toFloat(*real);
+    // Rounded once: what float has as its greatest is more than that to double.
+    if (const auto plain = parseNumber<Number>(text))
+      value = *plain;
+    else if (const auto real = parseReal(text))
+      value = std::is_same_v<Number, float> ? toFloat(*real) : static_cast<Number>(*real);
     else
-      value = *real;
+      return Stored::No;
   }
   if (stored != Stored::No)
     std::memcpy(to, &value, sizeof value);

@@ -1,12 +1,15 @@
-// Manifests, guesses and results as people, spreadsheets and other programs write them.
+// Numbers, manifests, guesses and results as people, spreadsheets and other programs write them.
 
 #include "cli/batch_ledger.h"
+#include "cli/cloud.h"
 #include "cli/failure.h"
 #include "cli/guess.h"
 #include "cli/manifest.h"
 
 #include <gtest/gtest.h>
 
+#include <cstring>
+#include <limits>
 #include <stdexcept>
 
 using namespace pcl_gpu_icp;
@@ -261,4 +264,26 @@ TEST(Results, LinesThatAreNoneAreNamed)
                                   resultLine("1").substr(0, resultLine("1").size() - 1) + std::string("\0\n", 2),
                                   std::string("\n")})
     EXPECT_EQ(ledgerRefusal(good + line), refused) << line.substr(0, 300);
+}
+
+/// Read as a double, the shortest text of the greatest float is more than that.
+TEST(Values, AFloatIsTheOneNearestToItsText)
+{
+  constexpr float greatest = std::numeric_limits<float>::max();
+  const std::pair<const char*, float> values[] = {{"3.4028235e+38", greatest},
+                                                  {"-3.4028235e+38", -greatest},
+                                                  {"3.4028234663852886e+38", greatest},
+                                                  {"3.5e38", std::numeric_limits<float>::infinity()},
+                                                  {"1.17549435e-38", std::numeric_limits<float>::min()},
+                                                  {"1e-45", std::numeric_limits<float>::denorm_min()},
+                                                  // Halfway but for what a double does not hold.
+                                                  {"1.00000017881393432617187499", 1.00000011920928955F},
+                                                  {"1.00000017881393432617187501", 1.00000023841857910F}};
+  for (const auto& [text, value] : values) {
+    std::uint8_t place[sizeof(float)] = {};
+    EXPECT_EQ(cli::storeNumber(text, pcl::PCLPointField::FLOAT32, place), cli::Stored::Exactly) << text;
+    float stored = 0;
+    std::memcpy(&stored, place, sizeof stored);
+    EXPECT_EQ(stored, value) << text;
+  }
 }

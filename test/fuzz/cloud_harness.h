@@ -25,7 +25,8 @@ inline void requireSameFields(const cli::Cloud& a, const cli::Cloud& b)
   require(a.data.fields.size() == b.data.fields.size(), "as many fields");
   for (std::size_t i = 0; i < a.data.fields.size(); ++i) {
     const auto &one = a.data.fields[i], &other = b.data.fields[i];
-    require(one.name == other.name && one.datatype == other.datatype && one.count == other.count, "the same fields");
+    if (one.name != other.name || one.datatype != other.datatype || one.count != other.count)
+      require(false, ("field " + one.name + " is not field " + other.name + ", or of another type").c_str());
   }
 }
 

@@ -12,7 +12,7 @@ namespace pcl_gpu_icp::fuzz {
 inline cli::Cloud randomCloud(Bytes& bytes)
 {
   using Field = pcl::PCLPointField;
-  constexpr std::array<const char*, 5> others = {"normal_x", "intensity", "label", "t", "rgb"};
+  constexpr std::array<const char*, 5> others = {"normal_x", "reflectivity", "label", "t", "rgb"};
   const std::array<std::uint8_t, 10> types = {Field::INT8,
                                               Field::UINT8,
                                               Field::INT16,

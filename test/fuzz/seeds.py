@@ -38,6 +38,7 @@ PCD = {
     "counts": pcd("x y z h", "4 4 4 4", "F F F F", "1 1 1 3", body=b"1 2 3 4 5 6\n1 2 3 4 5 6\n"),
     "padding": pcd("x y z _", "4 4 4 1", "F F F U", "1 1 1 0"),
     "huge": pcd(body=b"1e400 -1e400 1e-400\ninf -inf nan\n"),
+    "greatest_float": pcd(body=b"3.4028235e+38 -3.4028235e+38 1e-45\n1 2 3\n"),
     "few_words": b"FIELDS x y z\nPOINTS 1\nDATA ascii\n1 2 3\n",
     "crlf": pcd().replace(b"\n", b"\r\n"),
     "short": pcd(points=100, width=100),
