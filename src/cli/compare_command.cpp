@@ -166,6 +166,7 @@ ExitCode compare(const CompareOptions& options)
     print(pair.warnings);
 
   StockProcess stock([&](const StockProcess::Normals& normals) { return runStock(pair, options, normals); });
+  const Interruption interruption(endAtOnce); // its thread after the fork: a copy has no threads to free their locks
   const Device device = Device::select(options.device);
 
   report::ComparisonReport report;
@@ -225,10 +226,7 @@ Run addCompare(CLI::App& command)
       ->check(positiveNumber())
       ->type_name("SECONDS")
       ->capture_default_str();
-  return [options] {
-    const Interruption interruption(endAtOnce);
-    return compare(*options);
-  };
+  return [options] { return compare(*options); };
 }
 
 } // namespace pcl_gpu_icp::cli
