@@ -34,12 +34,12 @@ bool receive(int socket, void* memory, std::size_t bytes, Clock::time_point dead
   auto* to = static_cast<char*>(memory);
   while (bytes > 0) {
     if (deadline != Clock::time_point::max()) {
+      if (Clock::now() >= deadline)
+        return false;
       const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(deadline - Clock::now()).count() + 1;
       pollfd waiting{socket, POLLIN, 0};
       const int ready =
           poll(&waiting, 1, static_cast<int>(std::clamp<long long>(left, 0, std::numeric_limits<int>::max())));
-      if (ready == 0 && Clock::now() >= deadline)
-        return false;
       if (ready <= 0)
         continue;
     }
