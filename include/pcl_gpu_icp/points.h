@@ -14,8 +14,10 @@ constexpr float largest_coordinate = 1e18F;
 /// Whether the coordinates are finite and none is beyond largest_coordinate.
 inline bool takesPart(const float* xyz)
 {
-  return std::abs(xyz[0]) <= largest_coordinate && std::abs(xyz[1]) <= largest_coordinate &&
-         std::abs(xyz[2]) <= largest_coordinate;
+  // Not <=, which traps where the caller has NaN trap.
+  return std::islessequal(std::abs(xyz[0]), largest_coordinate) &&
+         std::islessequal(std::abs(xyz[1]), largest_coordinate) &&
+         std::islessequal(std::abs(xyz[2]), largest_coordinate);
 }
 
 /// A view of `count` points, each starting with float x, y, z: point i is at `data + i * stride` bytes, or, with an
