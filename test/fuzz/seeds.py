@@ -175,6 +175,7 @@ CLOUDS = {
     "double": b"\1\3\7\0\6\2" + bytes(range(255, -1, -1)) * 4,
     "wide_integers": b"\0\x0c\x08\2\x09\0" + bytes(range(256)) * 2,
     "nan": b"\0\x1f" + b"\xff" * 600,
+    "data_like_a_header": b"\1flo\3\7\0\6\2\xff\xfe\xfd\xfcCOUNT" + bytes(range(255, -1, -1)) * 2,
 }
 
 SEEDS = {"pcd": PCD, "ply": PLY, "cloud": CLOUDS, "against_pcl": CLOUDS, "guess": GUESSES, "manifest_csv": CSV,
