@@ -1,10 +1,10 @@
 #pragma once
 
 #include <pcl_gpu_icp/error.h>
-#include <pcl_gpu_icp/icp.h>
-#include <pcl_gpu_icp/impl/icp_correspondences.hpp>
-#include <pcl_gpu_icp/impl/icp_lane.hpp>
-#include <pcl_gpu_icp/impl/icp_preparation.hpp>
+#include <pcl_gpu_icp/device_icp.h>
+#include <pcl_gpu_icp/impl/device_icp_correspondences.hpp>
+#include <pcl_gpu_icp/impl/device_icp_lane.hpp>
+#include <pcl_gpu_icp/impl/device_icp_preparation.hpp>
 #include <pcl_gpu_icp/impl/matrix.hpp>
 #include <pcl_gpu_icp/parallel_for.h>
 #include <pcl_gpu_icp/stopwatch.h>
@@ -54,42 +54,42 @@ bool hasField(const char* name)
 
 } // namespace detail
 
-template <typename PointSource, typename PointTarget, typename Scalar>
-IterativeClosestPoint<PointSource, PointTarget, Scalar>::IterativeClosestPoint()
+template <typename PclIcp>
+DeviceIcp<PclIcp>::DeviceIcp()
 : nearest_tree_(new NearestTargetTree)
 , default_reciprocal_tree_(this->tree_reciprocal_)
 {
   this->reg_name_ = "IterativeClosestPoint";
   this->tree_ = nearest_tree_;
   this->convergence_criteria_.reset(
-      new ConvergenceCriteria(this->nr_iterations_, this->transformation_, *this->correspondences_));
+      new Criteria(this->nr_iterations_, this->transformation_, *this->correspondences_));
   default_transformation_estimation_ = this->transformation_estimation_;
   default_correspondence_estimation_ = this->correspondence_estimation_;
 }
 
-template <typename PointSource, typename PointTarget, typename Scalar>
-void IterativeClosestPoint<PointSource, PointTarget, Scalar>::setDevice(const Device& device)
+template <typename PclIcp>
+void DeviceIcp<PclIcp>::setDevice(const Device& device)
 {
   device_ = device;
   matcher_.reset();
   estimator_.reset();
 }
 
-template <typename PointSource, typename PointTarget, typename Scalar>
-void IterativeClosestPoint<PointSource, PointTarget, Scalar>::setPipeline(Pipeline pipeline)
+template <typename PclIcp>
+void DeviceIcp<PclIcp>::setPipeline(Pipeline pipeline)
 {
   pipeline_ = pipeline;
   estimator_.reset();
 }
 
-template <typename PointSource, typename PointTarget, typename Scalar>
-unsigned int IterativeClosestPoint<PointSource, PointTarget, Scalar>::getNumberOfThreads() const
+template <typename PclIcp>
+unsigned int DeviceIcp<PclIcp>::getNumberOfThreads() const
 {
   return effectiveThreads(threads_);
 }
 
-template <typename PointSource, typename PointTarget, typename Scalar>
-void IterativeClosestPoint<PointSource, PointTarget, Scalar>::setInputSource(const PointCloudSourceConstPtr& cloud)
+template <typename PclIcp>
+void DeviceIcp<PclIcp>::setInputSource(const PointCloudSourceConstPtr& cloud)
 {
   if (!cloud || cloud->empty()) {
     PCL_ERROR("[pcl_gpu_icp::%s::setInputSource] Invalid or empty point cloud dataset given!\n",
@@ -100,8 +100,8 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::setInputSource(con
   Base::setInputSource(cloud);
 }
 
-template <typename PointSource, typename PointTarget, typename Scalar>
-void IterativeClosestPoint<PointSource, PointTarget, Scalar>::setInputTarget(const PointCloudTargetConstPtr& cloud)
+template <typename PclIcp>
+void DeviceIcp<PclIcp>::setInputTarget(const PointCloudTargetConstPtr& cloud)
 {
   if (!cloud || cloud->empty()) {
     PCL_ERROR("[pcl_gpu_icp::%s::setInputTarget] Invalid or empty point cloud dataset given!\n",
@@ -114,14 +114,14 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::setInputTarget(con
   this->target_has_normals_ = detail::hasField<PointTarget>("normal_x");
 }
 
-template <typename PointSource, typename PointTarget, typename Scalar>
-void IterativeClosestPoint<PointSource, PointTarget, Scalar>::align(PointCloudSource& output)
+template <typename PclIcp>
+void DeviceIcp<PclIcp>::align(PointCloudSource& output)
 {
   align(output, Matrix4::Identity());
 }
 
-template <typename PointSource, typename PointTarget, typename Scalar>
-void IterativeClosestPoint<PointSource, PointTarget, Scalar>::align(PointCloudSource& output, const Matrix4& guess)
+template <typename PclIcp>
+void DeviceIcp<PclIcp>::align(PointCloudSource& output, const Matrix4& guess)
 {
   this->converged_ = false;
   this->nr_iterations_ = 0;
@@ -134,16 +134,16 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::align(PointCloudSo
   Base::align(output, guess);
 }
 
-template <typename PointSource, typename PointTarget, typename Scalar>
-void IterativeClosestPoint<PointSource, PointTarget, Scalar>::endBeforeTheStart(const std::string& why)
+template <typename PclIcp>
+void DeviceIcp<PclIcp>::endBeforeTheStart(const std::string& why)
 {
   result_.reason = Reason::Error;
   result_.message = why;
   PCL_ERROR("[pcl_gpu_icp::%s::align] %s\n", this->getClassName().c_str(), why.c_str());
 }
 
-template <typename PointSource, typename PointTarget, typename Scalar>
-bool IterativeClosestPoint<PointSource, PointTarget, Scalar>::canStart()
+template <typename PclIcp>
+bool DeviceIcp<PclIcp>::canStart()
 {
   if (!this->input_)
     endBeforeTheStart("there is no source: setInputSource() was given no cloud, or an empty one");
@@ -154,8 +154,8 @@ bool IterativeClosestPoint<PointSource, PointTarget, Scalar>::canStart()
   return false;
 }
 
-template <typename PointSource, typename PointTarget, typename Scalar>
-bool IterativeClosestPoint<PointSource, PointTarget, Scalar>::indicesAreValid()
+template <typename PclIcp>
+bool DeviceIcp<PclIcp>::indicesAreValid()
 {
   if (!this->indices_)
     return true;
@@ -169,8 +169,8 @@ bool IterativeClosestPoint<PointSource, PointTarget, Scalar>::indicesAreValid()
   return false;
 }
 
-template <typename PointSource, typename PointTarget, typename Scalar>
-void IterativeClosestPoint<PointSource, PointTarget, Scalar>::computeTransformation(PointCloudSource& output,
+template <typename PclIcp>
+void DeviceIcp<PclIcp>::computeTransformation(PointCloudSource& output,
                                                                                     const Matrix4& guess)
 {
   result_ = {};
@@ -207,8 +207,8 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::computeTransformat
   this->transformCloud(untransformed, output, this->final_transformation_);
 }
 
-template <typename PointSource, typename PointTarget, typename Scalar>
-RigidTransform IterativeClosestPoint<PointSource, PointTarget, Scalar>::estimateIncrement(const RigidTransform& pose)
+template <typename PclIcp>
+RigidTransform DeviceIcp<PclIcp>::estimateIncrement(const RigidTransform& pose)
 {
   if (!estimatesOnDevice() && !increment_from_matching_) {
     this->transformation_estimation_->estimateRigidTransformation(
@@ -232,8 +232,8 @@ RigidTransform IterativeClosestPoint<PointSource, PointTarget, Scalar>::estimate
   return increment_.transform;
 }
 
-template <typename PointSource, typename PointTarget, typename Scalar>
-bool IterativeClosestPoint<PointSource, PointTarget, Scalar>::finished(const RigidTransform& /*increment*/,
+template <typename PclIcp>
+bool DeviceIcp<PclIcp>::finished(const RigidTransform& /*increment*/,
                                                                        const RigidTransform& pose)
 {
   this->final_transformation_ = matrixOf(pose);
@@ -256,26 +256,26 @@ bool IterativeClosestPoint<PointSource, PointTarget, Scalar>::finished(const Rig
   }
 
   this->converged_ = static_cast<bool>(*this->convergence_criteria_);
-  return this->convergence_criteria_->getConvergenceState() != ConvergenceCriteria::CONVERGENCE_CRITERIA_NOT_CONVERGED;
+  return this->convergence_criteria_->getConvergenceState() != Criteria::CONVERGENCE_CRITERIA_NOT_CONVERGED;
 }
 
-template <typename PointSource, typename PointTarget, typename Scalar>
-std::array<double, 3> IterativeClosestPoint<PointSource, PointTarget, Scalar>::anchor() const
+template <typename PclIcp>
+std::array<double, 3> DeviceIcp<PclIcp>::anchor() const
 {
   return increment_from_matching_ ? matcher_->sourcePivot()
          : estimatesOnDevice()    ? estimator_->sourcePivot()
                                   : std::array<double, 3>{};
 }
 
-template <typename PointSource, typename PointTarget, typename Scalar>
-typename IterativeClosestPoint<PointSource, PointTarget, Scalar>::Matrix4
-IterativeClosestPoint<PointSource, PointTarget, Scalar>::matrixOf(const RigidTransform& pose) const
+template <typename PclIcp>
+typename DeviceIcp<PclIcp>::Matrix4
+DeviceIcp<PclIcp>::matrixOf(const RigidTransform& pose) const
 {
   return detail::toMatrix<Scalar>(rounded<Scalar>(estimatesRigidly() ? nearestRigid(pose, anchor()) : pose, anchor()));
 }
 
-template <typename PointSource, typename PointTarget, typename Scalar>
-std::string IterativeClosestPoint<PointSource, PointTarget, Scalar>::whyTooFewMatched() const
+template <typename PclIcp>
+std::string DeviceIcp<PclIcp>::whyTooFewMatched() const
 {
   if (result_.source_points == 0)
     return "No point of the source is finite.";
@@ -285,13 +285,13 @@ std::string IterativeClosestPoint<PointSource, PointTarget, Scalar>::whyTooFewMa
          std::to_string(this->min_number_correspondences_) + " are needed. Relax your threshold parameters.";
 }
 
-template <typename PointSource, typename PointTarget, typename Scalar>
-void IterativeClosestPoint<PointSource, PointTarget, Scalar>::report(const RigidTransform& pose)
+template <typename PclIcp>
+void DeviceIcp<PclIcp>::report(const RigidTransform& pose)
 {
   if (matched_ < static_cast<std::size_t>(this->min_number_correspondences_)) {
     result_.message = whyTooFewMatched();
     PCL_ERROR("[pcl_gpu_icp::%s::computeTransformation] %s\n", this->getClassName().c_str(), result_.message.c_str());
-    this->convergence_criteria_->setConvergenceState(ConvergenceCriteria::CONVERGENCE_CRITERIA_NO_CORRESPONDENCES);
+    this->convergence_criteria_->setConvergenceState(Criteria::CONVERGENCE_CRITERIA_NO_CORRESPONDENCES);
     this->converged_ = false;
   }
   result_.reason = detail::reasonOf(this->convergence_criteria_->getConvergenceState());
@@ -323,8 +323,8 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::report(const Rigid
   }
 }
 
-template <typename PointSource, typename PointTarget, typename Scalar>
-void IterativeClosestPoint<PointSource, PointTarget, Scalar>::transformCloud(const PointCloudSource& input,
+template <typename PclIcp>
+void DeviceIcp<PclIcp>::transformCloud(const PointCloudSource& input,
                                                                              PointCloudSource& output,
                                                                              const Matrix4& transform)
 {
@@ -357,8 +357,8 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::transformCloud(con
       apply(rotation, normal_fields, input[i], output[i]);
 }
 
-template <typename PointSource, typename PointTarget, typename Scalar>
-bool IterativeClosestPoint<PointSource, PointTarget, Scalar>::matcherHoldsTheClouds() const
+template <typename PclIcp>
+bool DeviceIcp<PclIcp>::matcherHoldsTheClouds() const
 {
   if (!matcher_ || matched_source_ == 0 || !usesDefaultSearch())
     return false;
@@ -367,8 +367,8 @@ bool IterativeClosestPoint<PointSource, PointTarget, Scalar>::matcherHoldsTheClo
          search::fingerprintOf(search::pointsOf(*this->target_)) == matcher_target_;
 }
 
-template <typename PointSource, typename PointTarget, typename Scalar>
-double IterativeClosestPoint<PointSource, PointTarget, Scalar>::getFitnessScore(double max_range)
+template <typename PclIcp>
+double DeviceIcp<PclIcp>::getFitnessScore(double max_range)
 {
   if (!this->input_ || !this->target_ || !(max_range >= 0))
     return std::numeric_limits<double>::max();

@@ -2,7 +2,7 @@
 
 // What IterativeClosestPoint does once, before its first iteration.
 #include <pcl_gpu_icp/error.h>
-#include <pcl_gpu_icp/icp.h>
+#include <pcl_gpu_icp/device_icp.h>
 #include <pcl_gpu_icp/impl/matrix.hpp>
 #include <pcl_gpu_icp/stopwatch.h>
 
@@ -32,14 +32,10 @@ inline float squaredLimit(double distance)
   return std::isnan(distance) ? std::numeric_limits<float>::infinity() : floatAtMost(distance * distance);
 }
 
-/// PCL's default but for its last bit, so that a caller's own 1e-12 is told from it.
-constexpr double default_absolute_mse = 1e-12 - 2e-28;
-static_assert(default_absolute_mse < 1e-12);
-
 } // namespace detail
 
-template <typename PointSource, typename PointTarget, typename Scalar>
-void IterativeClosestPoint<PointSource, PointTarget, Scalar>::prepare(const Matrix4& guess)
+template <typename PclIcp>
+void DeviceIcp<PclIcp>::prepare(const Matrix4& guess)
 {
   this->nr_iterations_ = 0;
   searched_ = 0;
@@ -65,8 +61,8 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::prepare(const Matr
   prepareRejectors();
 }
 
-template <typename PointSource, typename PointTarget, typename Scalar>
-pcl::Indices IterativeClosestPoint<PointSource, PointTarget, Scalar>::finiteIndices() const
+template <typename PclIcp>
+pcl::Indices DeviceIcp<PclIcp>::finiteIndices() const
 {
   pcl::Indices finite;
   const auto add = [&](pcl::index_t index) {
@@ -82,24 +78,24 @@ pcl::Indices IterativeClosestPoint<PointSource, PointTarget, Scalar>::finiteIndi
   return finite;
 }
 
-template <typename PointSource, typename PointTarget, typename Scalar>
-const Device& IterativeClosestPoint<PointSource, PointTarget, Scalar>::device()
+template <typename PclIcp>
+const Device& DeviceIcp<PclIcp>::device()
 {
   if (!device_)
     device_ = Device::select();
   return *device_;
 }
 
-template <typename PointSource, typename PointTarget, typename Scalar>
-bool IterativeClosestPoint<PointSource, PointTarget, Scalar>::usesDefaultSearch() const
+template <typename PclIcp>
+bool DeviceIcp<PclIcp>::usesDefaultSearch() const
 {
   return this->correspondence_estimation_ == default_correspondence_estimation_ && this->tree_ == nearest_tree_ &&
          nearest_tree_->index() &&
          (!this->use_reciprocal_correspondence_ || this->tree_reciprocal_ == default_reciprocal_tree_);
 }
 
-template <typename PointSource, typename PointTarget, typename Scalar>
-void IterativeClosestPoint<PointSource, PointTarget, Scalar>::prepareMatching()
+template <typename PclIcp>
+void DeviceIcp<PclIcp>::prepareMatching()
 {
   matches_on_device_ = usesDefaultSearch();
   if (search_ == CorrespondenceSearch::DeviceKdTree && !matches_on_device_)
@@ -110,7 +106,7 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::prepareMatching()
                      this->correspondence_rejectors_.empty() && pipeline_ == Pipeline::Fused;
   increment_from_matching_ = plain;
   lists_correspondences_ =
-      !plain || this->update_visualizer_ || !dynamic_cast<ConvergenceCriteria*>(this->convergence_criteria_.get());
+      !plain || this->update_visualizer_ || !dynamic_cast<Criteria*>(this->convergence_criteria_.get());
   matched_source_ = 0;
   if (matches_on_device_)
     prepareMatchingOnDevice();
@@ -120,8 +116,8 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::prepareMatching()
   tree_just_built_ = false;
 }
 
-template <typename PointSource, typename PointTarget, typename Scalar>
-void IterativeClosestPoint<PointSource, PointTarget, Scalar>::prepareMatchingOnDevice()
+template <typename PclIcp>
+void DeviceIcp<PclIcp>::prepareMatchingOnDevice()
 {
   const bool device_searches = search_ == CorrespondenceSearch::DeviceKdTree;
   const auto make = [this] {
@@ -188,8 +184,8 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::prepareMatchingOnD
   result_.target_points = matcher_->targetSize();
 }
 
-template <typename PointSource, typename PointTarget, typename Scalar>
-void IterativeClosestPoint<PointSource, PointTarget, Scalar>::prepareMetric()
+template <typename PclIcp>
+void DeviceIcp<PclIcp>::prepareMetric()
 {
   const Stopwatch watch(result_.host_times, "normals");
   using Normals = NormalEstimator::Normals;
@@ -211,8 +207,8 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::prepareMetric()
   matcher_normals_ = fingerprint;
 }
 
-template <typename PointSource, typename PointTarget, typename Scalar>
-void IterativeClosestPoint<PointSource, PointTarget, Scalar>::prepareMatchingByCaller()
+template <typename PclIcp>
+void DeviceIcp<PclIcp>::prepareMatchingByCaller()
 {
   if (this->tree_ == nearest_tree_)
     nearest_tree_->refresh();
@@ -223,8 +219,8 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::prepareMatchingByC
   this->correspondence_estimation_->setInputTarget(this->target_);
 }
 
-template <typename PointSource, typename PointTarget, typename Scalar>
-void IterativeClosestPoint<PointSource, PointTarget, Scalar>::prepareEstimator()
+template <typename PclIcp>
+void DeviceIcp<PclIcp>::prepareEstimator()
 {
   if (planes_ && !matches_on_device_) {
     result_.device = planes_->getDevice().info();
@@ -249,80 +245,18 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::prepareEstimator()
   }
 }
 
-template <typename PointSource, typename PointTarget, typename Scalar>
-RigidTransform IterativeClosestPoint<PointSource, PointTarget, Scalar>::startOf(const Matrix4& guess) const
+template <typename PclIcp>
+RigidTransform DeviceIcp<PclIcp>::startOf(const Matrix4& guess) const
 {
   const RigidTransform start = detail::toRigidTransform<Scalar>(guess);
   return estimatesRigidly() ? nearestRigid(start, anchor()) : start;
 }
 
-template <typename PointSource, typename PointTarget, typename Scalar>
-IterativeClosestPoint<PointSource, PointTarget, Scalar>::ConvergenceCriteria::ConvergenceCriteria(
-    const int& iterations, const Matrix4& increment, const pcl::Correspondences& correspondences)
-: pcl::registration::DefaultConvergenceCriteria<Scalar>(iterations, increment, correspondences)
-{
-  this->mse_threshold_absolute_ = detail::default_absolute_mse;
-}
-
-template <typename PointSource, typename PointTarget, typename Scalar>
-void IterativeClosestPoint<PointSource, PointTarget, Scalar>::ConvergenceCriteria::startAfresh(double spacing)
-{
-  threshold_ = this->mse_threshold_absolute_;
-  if (threshold_ == detail::default_absolute_mse)
-    threshold_ = 1e-10 * spacing * spacing;
-  this->correspondences_prev_mse_ = this->correspondences_cur_mse_ = std::numeric_limits<double>::max();
-  this->iterations_similar_transforms_ = 0;
-  earlier_.clear();
-  this->setConvergenceState(ConvergenceCriteria::CONVERGENCE_CRITERIA_NOT_CONVERGED);
-}
-
-template <typename PointSource, typename PointTarget, typename Scalar>
-bool IterativeClosestPoint<PointSource, PointTarget, Scalar>::ConvergenceCriteria::hasConverged()
-{
-  // The order of the tests is that of pcl::registration::DefaultConvergenceCriteria.
-  this->convergence_state_ = ConvergenceCriteria::CONVERGENCE_CRITERIA_NOT_CONVERGED;
-  if (this->iterations_ >= this->max_iterations_) {
-    this->convergence_state_ = this->failure_after_max_iter_
-                                   ? ConvergenceCriteria::CONVERGENCE_CRITERIA_FAILURE_AFTER_MAX_ITERATIONS
-                                   : ConvergenceCriteria::CONVERGENCE_CRITERIA_ITERATIONS;
-    if (!this->failure_after_max_iter_)
-      return true;
-  }
-  const auto& increment = this->transformation_;
-  const double rotation_cosine = 0.5 * (increment(0, 0) + increment(1, 1) + increment(2, 2) - 1);
-  const double translation_sq =
-      increment(0, 3) * increment(0, 3) + increment(1, 3) * increment(1, 3) + increment(2, 3) * increment(2, 3);
-  const double previous = this->correspondences_prev_mse_;
-  const double step = std::abs(mean_squared_distance_ - previous);
-  constexpr double last_digits = 1e-5; // far above float's own
-  const bool recurs = !earlier_.insert(mean_squared_distance_).second && step <= last_digits * previous;
-  const double change = recurs ? 0 : step;
-  this->correspondences_cur_mse_ = mean_squared_distance_;
-
-  auto reached = ConvergenceCriteria::CONVERGENCE_CRITERIA_NOT_CONVERGED;
-  if (rotation_cosine >= this->rotation_threshold_ && translation_sq <= this->translation_threshold_)
-    reached = ConvergenceCriteria::CONVERGENCE_CRITERIA_TRANSFORM;
-  else if (change < threshold_)
-    reached = ConvergenceCriteria::CONVERGENCE_CRITERIA_ABS_MSE;
-  else if (change / previous < this->mse_threshold_relative_)
-    reached = ConvergenceCriteria::CONVERGENCE_CRITERIA_REL_MSE;
-  if (reached == ConvergenceCriteria::CONVERGENCE_CRITERIA_NOT_CONVERGED)
-    this->iterations_similar_transforms_ = 0;
-  else if (this->iterations_similar_transforms_ >= this->max_iterations_similar_transforms_) {
-    this->convergence_state_ = reached;
-    return true;
-  }
-  else
-    ++this->iterations_similar_transforms_;
-  this->correspondences_prev_mse_ = mean_squared_distance_;
-  return false;
-}
-
-template <typename PointSource, typename PointTarget, typename Scalar>
-void IterativeClosestPoint<PointSource, PointTarget, Scalar>::prepareCriteria()
+template <typename PclIcp>
+void DeviceIcp<PclIcp>::prepareCriteria()
 {
   auto& criteria = *this->convergence_criteria_;
-  if (auto* own = dynamic_cast<ConvergenceCriteria*>(&criteria))
+  if (auto* own = dynamic_cast<Criteria*>(&criteria))
     own->startAfresh(surfaceSpacing(search::pointsOf(*this->target_)));
   criteria.setMaximumIterations(this->max_iterations_);
   criteria.setRelativeMSE(this->euclidean_fitness_epsilon_);
@@ -331,8 +265,8 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::prepareCriteria()
                                                                            : 1.0 - this->transformation_epsilon_);
 }
 
-template <typename PointSource, typename PointTarget, typename Scalar>
-void IterativeClosestPoint<PointSource, PointTarget, Scalar>::prepareRejectors()
+template <typename PclIcp>
+void DeviceIcp<PclIcp>::prepareRejectors()
 {
   this->determineRequiredBlobData();
   const bool somebody_looks = !matches_on_device_ || !(estimatesOnDevice() || increment_from_matching_) ||

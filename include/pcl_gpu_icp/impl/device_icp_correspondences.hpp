@@ -2,8 +2,8 @@
 
 // How IterativeClosestPoint comes by the correspondences of an iteration: on the device, or by the caller's own search
 // or estimation, and through the rejectors.
-#include <pcl_gpu_icp/icp.h>
-#include <pcl_gpu_icp/impl/icp_preparation.hpp>
+#include <pcl_gpu_icp/device_icp.h>
+#include <pcl_gpu_icp/impl/device_icp_preparation.hpp>
 #include <pcl_gpu_icp/parallel_for.h>
 #include <pcl_gpu_icp/stopwatch.h>
 
@@ -27,8 +27,8 @@ inline double meanSquare(const pcl::Correspondences& correspondences)
 
 } // namespace detail
 
-template <typename PointSource, typename PointTarget, typename Scalar>
-bool IterativeClosestPoint<PointSource, PointTarget, Scalar>::match(const RigidTransform& pose)
+template <typename PclIcp>
+bool DeviceIcp<PclIcp>::match(const RigidTransform& pose)
 {
   this->previous_transformation_ = this->transformation_;
   matched_pose_ = pose;
@@ -57,7 +57,7 @@ bool IterativeClosestPoint<PointSource, PointTarget, Scalar>::match(const RigidT
     if (!increment_from_matching_)
       mean_squared_residual_ = mean_squared_distance_;
   }
-  if (auto* own = dynamic_cast<ConvergenceCriteria*>(this->convergence_criteria_.get()))
+  if (auto* own = dynamic_cast<Criteria*>(this->convergence_criteria_.get()))
     own->setMeanSquaredDistance(mean_squared_distance_);
   if (this->nr_iterations_ == 0) {
     result_.rmse_before = std::sqrt(mean_squared_distance_);
@@ -67,16 +67,16 @@ bool IterativeClosestPoint<PointSource, PointTarget, Scalar>::match(const RigidT
   return matched_ >= static_cast<std::size_t>(this->min_number_correspondences_);
 }
 
-template <typename PointSource, typename PointTarget, typename Scalar>
-double IterativeClosestPoint<PointSource, PointTarget, Scalar>::error() const
+template <typename PclIcp>
+double DeviceIcp<PclIcp>::error() const
 {
   if (this->use_reciprocal_correspondence_ || !this->correspondence_rejectors_.empty())
     return mean_squared_residual_;
   return truncatedMean(matched_, mean_squared_residual_);
 }
 
-template <typename PointSource, typename PointTarget, typename Scalar>
-double IterativeClosestPoint<PointSource, PointTarget, Scalar>::truncatedMean(std::size_t matched,
+template <typename PclIcp>
+double DeviceIcp<PclIcp>::truncatedMean(std::size_t matched,
                                                                               double mean_square) const
 {
   // A point without a match counts as one at the limit, so that losing matches does not look like progress.
@@ -88,8 +88,8 @@ double IterativeClosestPoint<PointSource, PointTarget, Scalar>::truncatedMean(st
   return share * mean_square + (1 - share) * limit_sq;
 }
 
-template <typename PointSource, typename PointTarget, typename Scalar>
-void IterativeClosestPoint<PointSource, PointTarget, Scalar>::matchOnDevice(const RigidTransform& pose)
+template <typename PclIcp>
+void DeviceIcp<PclIcp>::matchOnDevice(const RigidTransform& pose)
 {
   const Matches found = matcher_->match(pose, detail::squaredLimit(this->corr_dist_threshold_));
   searched_ += found.searched;
@@ -110,8 +110,8 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::matchOnDevice(cons
 }
 
 /// A caller's estimator may weigh pairs by their distance, and rejectors sort by it.
-template <typename PointSource, typename PointTarget, typename Scalar>
-void IterativeClosestPoint<PointSource, PointTarget, Scalar>::measureAsPclDoes()
+template <typename PclIcp>
+void DeviceIcp<PclIcp>::measureAsPclDoes()
 {
   for (pcl::Correspondence& c : *this->correspondences_) {
     const PointSource& from = (*moved_source_)[c.index_query];
@@ -121,8 +121,8 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::measureAsPclDoes()
   }
 }
 
-template <typename PointSource, typename PointTarget, typename Scalar>
-void IterativeClosestPoint<PointSource, PointTarget, Scalar>::keepMutual(const RigidTransform& pose)
+template <typename PclIcp>
+void DeviceIcp<PclIcp>::keepMutual(const RigidTransform& pose)
 {
   const RigidTransform back = inverse(pose);
   backward_matcher_->match(back, detail::squaredLimit(this->corr_dist_threshold_));
@@ -133,8 +133,8 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::keepMutual(const R
   matches_.erase(std::remove_if(matches_.begin(), matches_.end(), is_one_sided), matches_.end());
 }
 
-template <typename PointSource, typename PointTarget, typename Scalar>
-void IterativeClosestPoint<PointSource, PointTarget, Scalar>::listCorrespondences(
+template <typename PclIcp>
+void DeviceIcp<PclIcp>::listCorrespondences(
     const std::vector<Correspondence>& correspondences)
 {
   this->correspondences_->resize(correspondences.size());
@@ -144,8 +144,8 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::listCorrespondence
   }
 }
 
-template <typename PointSource, typename PointTarget, typename Scalar>
-void IterativeClosestPoint<PointSource, PointTarget, Scalar>::queryCallersSearch()
+template <typename PclIcp>
+void DeviceIcp<PclIcp>::queryCallersSearch()
 {
   const float limit = detail::squaredLimit(this->corr_dist_threshold_);
   pcl::Correspondences nearest(finite_indices_->size());
@@ -166,8 +166,8 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::queryCallersSearch
       this->correspondences_->push_back(c);
 }
 
-template <typename PointSource, typename PointTarget, typename Scalar>
-void IterativeClosestPoint<PointSource, PointTarget, Scalar>::queryCallersCorrespondenceEstimation()
+template <typename PclIcp>
+void DeviceIcp<PclIcp>::queryCallersCorrespondenceEstimation()
 {
   auto& estimation = *this->correspondence_estimation_;
   estimation.setInputSource(moved_source_);
@@ -184,8 +184,8 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::queryCallersCorres
     estimation.determineCorrespondences(*this->correspondences_, this->corr_dist_threshold_);
 }
 
-template <typename PointSource, typename PointTarget, typename Scalar>
-void IterativeClosestPoint<PointSource, PointTarget, Scalar>::rejectCorrespondences()
+template <typename PclIcp>
+void DeviceIcp<PclIcp>::rejectCorrespondences()
 {
   pcl::PCLPointCloud2::Ptr source_blob;
   if (this->need_source_blob_) {

@@ -2,14 +2,14 @@
 
 // IterativeClosestPoint on a lane of a batch.
 #include <pcl_gpu_icp/device_lane.h>
-#include <pcl_gpu_icp/icp.h>
+#include <pcl_gpu_icp/device_icp.h>
 
 #include <utility>
 
 namespace pcl_gpu_icp {
 
-template <typename PointSource, typename PointTarget, typename Scalar>
-void IterativeClosestPoint<PointSource, PointTarget, Scalar>::enter(DeviceLane& lane)
+template <typename PclIcp>
+void DeviceIcp<PclIcp>::enter(DeviceLane& lane)
 {
   device_outside_ = device_;
   threads_outside_ = threads_;
@@ -29,8 +29,8 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::enter(DeviceLane& 
   estimator_target_ = 0;
 }
 
-template <typename PointSource, typename PointTarget, typename Scalar>
-void IterativeClosestPoint<PointSource, PointTarget, Scalar>::leave(DeviceLane& lane)
+template <typename PclIcp>
+void DeviceIcp<PclIcp>::leave(DeviceLane& lane)
 {
   share_.reset();
   cache_.reset();
@@ -51,8 +51,8 @@ void IterativeClosestPoint<PointSource, PointTarget, Scalar>::leave(DeviceLane& 
   threads_ = threads_outside_;
 }
 
-template <typename PointSource, typename PointTarget, typename Scalar>
-void IterativeClosestPoint<PointSource, PointTarget, Scalar>::alignWithoutOutput(const Matrix4& guess)
+template <typename PclIcp>
+void DeviceIcp<PclIcp>::alignWithoutOutput(const Matrix4& guess)
 {
   const struct WithoutOutput {
     explicit WithoutOutput(bool& wanted)
