@@ -30,6 +30,8 @@ class DeviceIcp : public PclIcp, private IcpSteps {
   using PointSource = typename PclIcp::PointCloudSource::PointType;
   using PointTarget = typename PclIcp::PointCloudTarget::PointType;
   using Scalar = typename PclIcp::Matrix4::Scalar;
+  // Three of its members are private in pcl::IterativeClosestPointNonLinear, but not by this name.
+  using Registration = pcl::Registration<PointSource, PointTarget, Scalar>;
 
 public:
   using typename Base::Matrix4;
@@ -145,7 +147,7 @@ private:
   pcl::Indices finiteIndices() const;
   bool usesDefaultSearch() const;
   bool estimatesRigidly() const { return estimatesOnDevice() || planes_; }
-  bool estimatesOnDevice() const { return this->transformation_estimation_ == default_transformation_estimation_; }
+  bool estimatesOnDevice() const { return this->Registration::transformation_estimation_ == default_transformation_estimation_; }
   const Device& device();
   Points takingPart() const { return search::pointsOf(*this->input_, finite_indices_.get()); }
   bool usesAllPoints() const { return this->indices_->size() == this->input_->size(); }

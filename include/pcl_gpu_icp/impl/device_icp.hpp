@@ -59,11 +59,11 @@ DeviceIcp<PclIcp>::DeviceIcp()
 : nearest_tree_(new NearestTargetTree)
 , default_reciprocal_tree_(this->tree_reciprocal_)
 {
-  this->reg_name_ = "IterativeClosestPoint";
+  this->Registration::reg_name_ = "IterativeClosestPoint";
   this->tree_ = nearest_tree_;
   this->convergence_criteria_.reset(
       new Criteria(this->nr_iterations_, this->transformation_, *this->correspondences_));
-  default_transformation_estimation_ = this->transformation_estimation_;
+  default_transformation_estimation_ = this->Registration::transformation_estimation_;
   default_correspondence_estimation_ = this->correspondence_estimation_;
 }
 
@@ -211,7 +211,7 @@ template <typename PclIcp>
 RigidTransform DeviceIcp<PclIcp>::estimateIncrement(const RigidTransform& pose)
 {
   if (!estimatesOnDevice() && !increment_from_matching_) {
-    this->transformation_estimation_->estimateRigidTransformation(
+    this->Registration::transformation_estimation_->estimateRigidTransformation(
         *moved_source_, *this->target_, *this->correspondences_, this->transformation_);
     if (planes_) {
       increment_ = planes_->getEstimate();
@@ -282,13 +282,13 @@ std::string DeviceIcp<PclIcp>::whyTooFewMatched() const
   if (result_.target_points == 0)
     return "No point of the target is finite.";
   return "Not enough correspondences found: " + std::to_string(matched_) + ", where " +
-         std::to_string(this->min_number_correspondences_) + " are needed. Relax your threshold parameters.";
+         std::to_string(this->Registration::min_number_correspondences_) + " are needed. Relax your threshold parameters.";
 }
 
 template <typename PclIcp>
 void DeviceIcp<PclIcp>::report(const RigidTransform& pose)
 {
-  if (matched_ < static_cast<std::size_t>(this->min_number_correspondences_)) {
+  if (matched_ < static_cast<std::size_t>(this->Registration::min_number_correspondences_)) {
     result_.message = whyTooFewMatched();
     PCL_ERROR("[pcl_gpu_icp::%s::computeTransformation] %s\n", this->getClassName().c_str(), result_.message.c_str());
     this->convergence_criteria_->setConvergenceState(Criteria::CONVERGENCE_CRITERIA_NO_CORRESPONDENCES);

@@ -64,7 +64,7 @@ bool DeviceIcp<PclIcp>::match(const RigidTransform& pose)
     result_.truncated_rmse_before = std::sqrt(truncatedMean(found_, mean_squared_found_));
   }
 
-  return matched_ >= static_cast<std::size_t>(this->min_number_correspondences_);
+  return matched_ >= static_cast<std::size_t>(this->Registration::min_number_correspondences_);
 }
 
 template <typename PclIcp>

@@ -46,7 +46,7 @@ void DeviceIcp<PclIcp>::prepare(const Matrix4& guess)
   result_.search = search_;
   result_.threads = getNumberOfThreads();
 
-  planes_ = dynamic_cast<const PlaneEstimation*>(this->transformation_estimation_.get());
+  planes_ = dynamic_cast<const PlaneEstimation*>(this->Registration::transformation_estimation_.get());
   if (estimatesRigidly() && !detail::isRigid<Scalar>(guess))
     throw InvalidArgument("the guess is not a rigid transform: three rows of a rotation (orthonormal to 0.001, "
                           "determinant +1) and a translation, then 0 0 0 1");
