@@ -1,5 +1,6 @@
 #include "cli/aligned_cloud.h"
 
+#include <cmath>
 #include <cstring>
 
 namespace pcl_gpu_icp::cli {
@@ -52,6 +53,9 @@ void transform(Cloud& cloud, const RigidTransform& transform, bool keep_zero_ret
   std::uint8_t* point = cloud.data.data.data();
   for (std::size_t i = 0; i < cloud.size(); ++i, point += cloud.data.point_step) {
     const auto p = xyz->get(point);
+    // As stock PCL leaves them.
+    if (!std::isfinite(p[0]) || !std::isfinite(p[1]) || !std::isfinite(p[2]))
+      continue;
     if (keep_zero_returns && p == std::array<double, 3>{})
       continue;
     xyz->set(point, transform(p[0], p[1], p[2]));

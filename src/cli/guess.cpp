@@ -73,7 +73,8 @@ void checkRotation(const Rotation& rotation)
       throw std::invalid_argument(refusal + "it mirrors (its determinant is -1)");
     return;
   }
-  if (error(square) <= rigid_tolerance * square)
+  constexpr double plain_scale = 0.01; // less may be the digits that are missing
+  if (error(square) <= rigid_tolerance * square && std::abs(std::sqrt(square) - 1) > plain_scale)
     throw std::invalid_argument(refusal + report::format("it scales by %.9g%s",
                                                          std::sqrt(square),
                                                          rotation.determinant() < 0 ? " and mirrors" : ""));

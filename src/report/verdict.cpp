@@ -2,6 +2,7 @@
 
 #include "report/format.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace pcl_gpu_icp::report {
@@ -115,8 +116,11 @@ Verdict verdictOf(const AlignmentReport& report)
 
 double changeOfDistance(const AlignmentReport& report)
 {
-  const double change = report.result.truncated_rmse - report.result.truncated_rmse_before;
-  return std::abs(change) <= report.resolution ? 0 : change;
+  // Where one point is far from all others it makes up the whole of it, and its rounding the change.
+  constexpr double of_one_point = 1e-6;
+  const double before = report.result.truncated_rmse_before;
+  const double change = report.result.truncated_rmse - before;
+  return std::abs(change) <= std::max(report.resolution, of_one_point * before) ? 0 : change;
 }
 
 Degeneracy degeneracyOf(const AlignmentResult& result)

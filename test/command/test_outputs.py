@@ -91,6 +91,15 @@ class Cloud(CommandTest):
         self.succeed("align", again, again, "-o", third)
         self.assertEqual(read_pcd(third)[0]["HEIGHT"], ["20"])
 
+    def test_points_that_are_not_finite_stay_as_they_are(self):
+        nan, infinity = float("nan"), float("inf")
+        points = list(POINTS)
+        points[5], points[77] = (nan, 1.5, 2.5), (4.5, -infinity, 6.5)
+        output, _ = self.aligned(pcd(points, "binary"))
+        found = read_pcd(output)[1]
+        self.assertTrue(math.isnan(found[5][0]))
+        self.assertEqual((tuple(found[5][1:]), tuple(found[77])), ((1.5, 2.5), points[77]))
+
     def test_ply_to_ply(self):
         properties = [
             ("uchar", "blue"), ("float", "x"), ("float", "y"), ("float", "z"), ("float", "nx"), ("float", "ny"),

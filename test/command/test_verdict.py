@@ -108,6 +108,14 @@ class Verdicts(BatchTest):
             self.assertEqual(result["reason"], "iterations")
             self.assertIn("(got worse)", text)
 
+    def test_a_point_far_from_all_others_does_not_decide(self):
+        """It makes up the whole RMSE, of which only the rounding changes."""
+        for far in (1e6, 2e10):
+            source = self.cloud(POINTS + [(far, 0.0, 0.0)])
+            for iterations in range(2, 9):
+                result = self.align(source, self.cloud(TARGET), "--trim", "0.9", "--iterations", str(iterations))
+                self.assertIn(result["verdict"], ("at the limit", "converged"), (far, iterations))
+
     def test_the_limit_counts_apart(self):
         source, target = self.cloud(POINTS), self.cloud(TARGET)
         result = self.align(source, target, "--iterations", "2")

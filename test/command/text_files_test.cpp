@@ -207,6 +207,8 @@ TEST(Guess, RefusalsSayWhatItLooksLike)
   expectIn("transposed", guessRefusal("1 0 0 0 0 1 0 0 0 0 1 0 0.004 -0.003 0.002 1"));
   expectIn("last row is 0 0 0 2, not 0 0 0 1", guessRefusal("1 0 0 5 0 1 0 0 0 0 1 0 0 0 0 2"));
   expectIn("0.0081 off", guessRefusal("0.99 -0.14 0.01 0.004 0.14 0.99 -0.09 -0.003 0.00 0.09 1.00 0.002 0 0 0 1"));
+  expectIn("write more digits",
+           guessRefusal("0.990 -0.139 0.012 0.004 0.139 0.986 -0.086 -0.003 0.000 0.087 0.996 0.002 0 0 0 1"));
   expectIn("too large", guessRefusal("1e308 1e308 0 0 1e308 -1e308 0 0 0 0 1 0 0 0 0 1"));
   expectIn("too large", guessRefusal("1e308 -1e308 1 0 1e308 1e308 -1 0 0 0 1e200 0"));
   expectIn("7 numbers where", guessRefusal("0.1 0.2 0.3 0 0 0 1"));
