@@ -13,10 +13,17 @@
 // Sums of one block: 3 of p, 3 of q, 9 of p q^T (row-major), 1 of padding.
 #define SUMS_PER_BLOCK 16
 
-// Sums over point-to-plane pairs: with J = (p x n, n) and r = n . (q - p) the 21 of J J^T's upper triangle, row by row,
-// 6 of J r and 1 of r^2. They are added up in two rows of SUMS_PER_BLOCK, the rest of which is padding.
-#define PLANE_SUMS 28
-#define PLANE_SUMS_ROWS 2
+// The normal equations of a metric's six unknowns, see system.h: 21 of the matrix's upper triangle, row by row, 6 of
+// the right-hand side and the cost. They are added up in two rows of SUMS_PER_BLOCK, the rest of which is padding.
+#define SYSTEM_SUMS 28
+#define SYSTEM_SUMS_ROWS 2
+
+// What a metric knows of a target point: a normal x y z, or the six xx xy xz yy yz zz of a symmetric 3x3 covariance,
+// each with padding.
+#define NORMAL_WORDS 4
+#define COVARIANCE_WORDS 8
+// Of a source point: as many rows.
+#define COVARIANCE_ROWS 6
 
 // The tree over the target (see tree.h): points of a leaf, children of a node, levels of nodes at most.
 #define LEAF_POINTS 16

@@ -12,7 +12,7 @@ namespace pcl_gpu_icp {
 struct Matches {
   std::size_t searched = 0;         ///< source points whose match had to be searched for
   double mean_squared_distance = 0; ///< over the matched points, before the increment
-  double mean_squared_residual = 0; ///< of what the increment makes small: the same, or distances to planes
+  double mean_squared_residual = 0; ///< of what the increment makes small: the same, to planes, or Mahalanobis
   Estimate increment;               ///< takes the matched source points at the pose on to their target points
 };
 
@@ -28,7 +28,7 @@ class PCL_GPU_ICP_API Matcher {
 public:
   /// \param search whose kernels are built here, so that one that does not compile shows and no match waits for it
   /// \param precision Double is used where the device has it; precision() tells what runs
-  /// \param metric Plane builds in addition what setTargetNormals() will need
+  /// \param metric Plane and Generalized build in addition what their increments will need
   Matcher(const Device& device, CorrespondenceSearch search, Precision precision, Metric metric = Metric::Point);
   ~Matcher();
   Matcher(Matcher&&) noexcept;
@@ -57,6 +57,12 @@ public:
   /// points whose normal is not finite take no part in the increment.
   void setTargetNormals(const Points& normals);
 
+  /// Increments are those of Generalized ICP (Segal, Haehnel and Thrun 2009) until the target is set anew. Each point's
+  /// covariance is given as six floats, xx xy xz yy yz zz, one each in the order that normals are given in. The
+  /// source's come after setSource(), and again whenever that is called.
+  void setTargetCovariances(const Points& covariances);
+  void setSourceCovariances(const Points& covariances);
+
   /// Distinct finite target points.
   std::size_t targetSize() const;
 
@@ -73,6 +79,10 @@ public:
   /// The last matches, in the order of the source, with positions as Points::position() gives them. Distances are with
   /// the source at `pose`.
   std::vector<Correspondence> correspondences(const RigidTransform& pose) const;
+
+  /// The increment from some of the last matches, where covariances are set.
+  /// \param pose that they were matched at
+  Estimate estimate(const std::vector<Correspondence>& kept, const RigidTransform& pose);
 
   /// The pivot that the source's coordinates are kept about on the device: where a rounded transform must be exact.
   const std::array<double, 3>& sourcePivot() const;

@@ -27,6 +27,8 @@ enum class CorrespondenceSearch {
 enum class Metric {
   Point, ///< the distances between matched points
   Plane, ///< the distances from source points to the planes through the target points they are matched with
+  /// the Mahalanobis distances of matched points by both clouds' local covariances: Generalized ICP, "gicp"
+  Generalized,
 };
 
 /// What the device sums in and solves with. Coordinates are float32 about a pivot in both.

@@ -2,12 +2,13 @@
 
 #include "matcher_internals.h"
 #include "motion.h"
-#include "plane_increment.h"
 #include "search/box_tree.h"
 #include "search/bulk.h"
 #include "solution.h"
 #include "stages/launch.h"
 #include "stages/match.h"
+#include "system_increment.h"
+#include "values_at.h"
 
 #include <pcl_gpu_icp/error.h>
 #include <pcl_gpu_icp/parallel_for.h>
@@ -118,13 +119,13 @@ struct Matcher::Implementation {
     });
   }
 
-  /// Puts the point-to-plane increment in place of the other.
-  void bringToPlanes(const RigidTransform& pose, Matches& matches)
+  /// Puts the increment of normal equations in place of the five stages'.
+  void solveSystem(const RigidTransform& pose, Matches& matches)
   {
     const std::size_t pairs = matches.increment.pairs;
-    matches.increment = planes->estimate(queue, precision, source_rows, pose, stage.matches(), target->on_device);
+    matches.increment = system->estimate(queue, precision, source_rows, pose, stage.matches(), target->on_device);
     matches.increment.pairs = pairs;
-    matches.mean_squared_residual = planes->meanSquaredDistance();
+    matches.mean_squared_residual = system->meanSquaredDistance();
   }
 
   /// What the sums on the device amount to.
@@ -181,8 +182,8 @@ struct Matcher::Implementation {
   Motion motion;
 
   stages::Match stage;
-  opencl::Buffer summary{"match summary"};
-  std::optional<PlaneIncrement> planes; ///< makes the increments in place of the five stages
+  opencl::Buffer summary{"match summary"}, kept_matches{"kept matches"};
+  std::optional<SystemIncrement> system; ///< makes the increments in place of the five stages
 };
 
 Matcher::Matcher(const Device& device, CorrespondenceSearch search, Precision precision, Metric metric)
@@ -200,6 +201,12 @@ Matcher::Matcher(const Device& device, CorrespondenceSearch search, Precision pr
   setSource(cloud);
   if (metric == Metric::Plane)
     setTargetNormals(cloud);
+  if (metric == Metric::Generalized) {
+    constexpr std::array<float, COVARIANCE_ROWS> identity{1, 0, 0, 1, 0, 1};
+    const Points covariances{identity.data(), 3, 0};
+    setTargetCovariances(covariances);
+    setSourceCovariances(covariances);
+  }
   match({}, 1);
   meanSquaredDistance({});
   takeTimes();
@@ -254,7 +261,7 @@ std::shared_ptr<const MatchTarget> Matcher::makeTarget(std::shared_ptr<const sea
 void Matcher::setTarget(std::shared_ptr<const MatchTarget> target)
 {
   Implementation& self = *implementation_;
-  self.planes.reset();
+  self.system.reset();
   self.target = std::move(target);
   self.stage.restart(self.queue, self.source_rows);
 }
@@ -262,9 +269,31 @@ void Matcher::setTarget(std::shared_ptr<const MatchTarget> target)
 void Matcher::setTargetNormals(const Points& normals)
 {
   Implementation& self = *implementation_;
-  self.planes.emplace();
-  self.planes->setNormals(self.queue, self.target->cloud.points, self.target->cloud.pivot, normals);
-  self.planes->setSource(self.source.points);
+  self.system.emplace();
+  self.system->setNormals(self.queue, self.target->cloud.points, self.target->cloud.pivot, normals);
+  self.system->setSource(self.source.points);
+}
+
+void Matcher::setTargetCovariances(const Points& covariances)
+{
+  Implementation& self = *implementation_;
+  self.system.emplace();
+  self.system->setTargetCovariances(self.queue, self.target->cloud.points, self.target->cloud.pivot, covariances);
+  self.system->setSource(self.source.points);
+}
+
+void Matcher::setSourceCovariances(const Points& covariances)
+{
+  Implementation& self = *implementation_;
+  if (!self.system)
+    throw InvalidArgument("covariances of the source come after those of the target");
+  std::vector<stages::Covariance> in_order(self.source.points.size());
+  for (std::size_t i = 0; i < in_order.size(); ++i) {
+    const std::int32_t position = self.source_positions[self.source.points[i].position];
+    const float* covariance = valuesAt(covariances, position);
+    std::copy(covariance, covariance + COVARIANCE_ROWS, in_order[i].begin());
+  }
+  self.system->setSourceCovariances(self.queue, in_order, self.source_rows);
 }
 
 void Matcher::setSource(const Points& source)
@@ -279,8 +308,8 @@ void Matcher::setSource(const Points& source)
   search::sortIntoLeaves(points, threads);
   stages::packSource(self.queue, points, self.source_rows);
   self.motion.restart(points);
-  if (self.planes)
-    self.planes->setSource(points);
+  if (self.system)
+    self.system->setSource(points);
   self.stage.restart(self.queue, self.source_rows);
 }
 
@@ -314,8 +343,8 @@ Matches Matcher::match(const RigidTransform& pose, float max_squared_distance)
   else
     matches.increment.degeneracy = Degeneracy::Empty;
   matches.mean_squared_residual = matches.mean_squared_distance;
-  if (self.planes && matches.increment.pairs > 0)
-    self.bringToPlanes(pivoted, matches);
+  if (self.system && matches.increment.pairs > 0)
+    self.solveSystem(pivoted, matches);
   device_pose.completeIncrement(matches.increment);
   return matches;
 }
@@ -354,6 +383,35 @@ std::vector<Correspondence> Matcher::correspondences(const RigidTransform& pose)
   return by_place;
 }
 
+Estimate Matcher::estimate(const std::vector<Correspondence>& kept, const RigidTransform& pose)
+{
+  Implementation& self = *implementation_;
+  if (!self.system)
+    throw InvalidArgument("an increment from some of the matches needs covariances");
+  const DevicePose device_pose = self.onDevice(pose);
+  Estimate estimate;
+  estimate.degeneracy = Degeneracy::Empty;
+  if (!kept.empty()) {
+    std::vector<char> is_kept(*std::max_element(self.source_positions.begin(), self.source_positions.end()) + 1);
+    for (const Correspondence& c : kept)
+      is_kept[c.source] = 1;
+    std::vector<cl_int> matches(self.source_rows.stride, -1);
+    self.queue.download(self.stage.matches(), self.source.points.size() * sizeof(cl_int), [&](const void* memory) {
+      for (std::size_t i = 0; i < self.source.points.size(); ++i)
+        if (is_kept[self.source_positions[self.source.points[i].position]] != 0)
+          matches[i] = static_cast<const cl_int*>(memory)[i];
+    });
+    self.queue.upload(self.kept_matches, matches.size() * sizeof(cl_int), [&](void* memory) {
+      std::copy(matches.begin(), matches.end(), static_cast<cl_int*>(memory));
+    });
+    estimate = self.system->estimate(
+        self.queue, self.precision, self.source_rows, device_pose.pivoted(), self.kept_matches, self.target->on_device);
+    estimate.pairs = kept.size();
+  }
+  device_pose.completeIncrement(estimate);
+  return estimate;
+}
+
 std::size_t Matcher::deviceBytes() const
 {
   return implementation_->queue.allocated() + implementation_->target->device_bytes;
@@ -374,13 +432,10 @@ double meanSquaredDistance(const std::vector<Correspondence>& correspondences,
                            const Points& target,
                            const RigidTransform& pose)
 {
-  const auto at = [](const Points& cloud, std::int32_t position) {
-    return reinterpret_cast<const float*>(static_cast<const char*>(cloud.data) + position * cloud.stride);
-  };
   double sum = 0;
   for (const Correspondence& c : correspondences) {
-    const float* p = at(source, c.source);
-    sum += squaredDistance(pose(p[0], p[1], p[2]), at(target, c.target));
+    const float* p = valuesAt(source, c.source);
+    sum += squaredDistance(pose(p[0], p[1], p[2]), valuesAt(target, c.target));
   }
   return correspondences.empty() ? 0 : sum / static_cast<double>(correspondences.size());
 }

@@ -1,10 +1,10 @@
 #include <pcl_gpu_icp/plane_estimator.h>
 
 #include "plane_estimator_internals.h"
-#include "plane_increment.h"
 #include "search/box_tree.h"
 #include "solution.h"
 #include "stages/launch.h"
+#include "system_increment.h"
 
 #include <pcl_gpu_icp/error.h>
 
@@ -41,7 +41,7 @@ struct PlaneEstimator::Implementation {
   stages::TargetPoints target;
   opencl::Buffer matches{"matches"};
   stages::SourcePoints source;
-  PlaneIncrement increment;
+  SystemIncrement increment;
 };
 
 PlaneEstimator::PlaneEstimator(const Device& device, Precision precision)

@@ -23,7 +23,17 @@ const char* toString(CorrespondenceSearch search)
 
 const char* toString(Precision precision) { return precision == Precision::Double ? "double" : "float"; }
 
-const char* toString(Metric metric) { return metric == Metric::Plane ? "plane" : "point"; }
+const char* toString(Metric metric)
+{
+  switch (metric) {
+  case Metric::Plane:
+    return "plane";
+  case Metric::Generalized:
+    return "gicp";
+  default:
+    return "point";
+  }
+}
 
 const char* toString(Degeneracy degeneracy)
 {

@@ -21,16 +21,6 @@ void requireFinite(bool finite, Precision precision)
                           std::string(toString(precision)) + ", or a correspondence names a point that is not finite");
 }
 
-RigidTransform inFloat(const RigidTransform& transform)
-{
-  RigidTransform result = transform;
-  for (double& entry : result.rotation)
-    entry = rounded<float>(entry);
-  for (double& entry : result.translation)
-    entry = rounded<float>(entry);
-  return result;
-}
-
 std::array<double, 3> negated(const std::array<double, 3>& x) { return {-x[0], -x[1], -x[2]}; }
 
 } // namespace
@@ -46,7 +36,7 @@ void requireFinite(const Estimate& estimate, Precision precision)
                 precision);
 }
 
-void requireFinite(const std::array<double, PLANE_SUMS>& sums, Precision precision)
+void requireFinite(const std::array<double, SYSTEM_SUMS>& sums, Precision precision)
 {
   requireFinite(allFinite(sums), precision);
 }
@@ -63,6 +53,16 @@ RigidTransform absoluteTransform(const StageValues& values)
   for (int i = 0; i < 3; ++i)
     transform.translation[i] = q[i] - rotated[i];
   return transform;
+}
+
+RigidTransform inFloat(const RigidTransform& transform)
+{
+  RigidTransform result = transform;
+  for (double& entry : result.rotation)
+    entry = rounded<float>(entry);
+  for (double& entry : result.translation)
+    entry = rounded<float>(entry);
+  return result;
 }
 
 DevicePose::DevicePose(const RigidTransform& pose,

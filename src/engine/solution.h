@@ -29,8 +29,11 @@ void copySolution(const RigidSolution<real>& solution, Estimate& estimate)
 
 /// \throws InvalidArgument when H, R or t overflowed
 void requireFinite(const Estimate& estimate, Precision precision);
-/// The same of point-to-plane sums.
-void requireFinite(const std::array<double, PLANE_SUMS>& sums, Precision precision);
+/// The same of normal equations.
+void requireFinite(const std::array<double, SYSTEM_SUMS>& sums, Precision precision);
+
+/// With each entry as float32 holds it.
+RigidTransform inFloat(const RigidTransform& transform);
 
 /// A pose and the frames it is used in on the device: about the clouds' pivots, in float32.
 class DevicePose {

@@ -32,6 +32,7 @@ HEADER_ROOMS = {
     "neighbour_search.h": "engine",
     "normal_estimator.h": "engine",
     "plane_estimator.h": "engine",
+    "point_covariances.h": "engine",
     "icp_loop.h": "engine",
     "device_lane.h": "engine",
     "batch_lanes.h": "engine",

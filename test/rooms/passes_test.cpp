@@ -9,6 +9,8 @@
 #include "estimator_cases.h"
 #include "reference.h"
 
+#include <pcl_gpu_icp/point_covariances.h>
+
 #include <cstring>
 
 namespace pcl_gpu_icp::test {
@@ -21,6 +23,14 @@ Cloud directions(Random& random, Eigen::Index n)
   for (Eigen::Index i = 0; i < n; ++i)
     normals.col(i) = random.direction().cast<float>();
   return normals;
+}
+
+PointCovariances covariancesAlong(const Cloud& directions)
+{
+  NormalEstimator::Normals normals;
+  for (Eigen::Index i = 0; i < directions.cols(); ++i)
+    normals.push_back({directions(0, i), directions(1, i), directions(2, i)});
+  return surfaceCovariances(normals, 0.001);
 }
 
 } // namespace
@@ -80,18 +90,24 @@ TEST_P(Passes, OfMatching)
 {
   const auto index = std::make_shared<search::NearestIndex>();
   index->build(viewOf(target_));
+  const PointCovariances of_target = covariancesAlong(normals_);
+  const PointCovariances of_source = covariancesAlong(directions(random_, source_.cols()));
   for (const bool device_searches : {false, true})
-    for (const bool planes : {false, true}) {
+    for (const Metric metric : {Metric::Point, Metric::Plane, Metric::Generalized}) {
       if (device_searches && !GetParam().searches())
         continue;
-      SCOPED_TRACE(std::string(device_searches ? "device" : "host") + (planes ? ", planes" : ", points"));
+      SCOPED_TRACE(std::string(device_searches ? "device" : "host") + ", " + toString(metric));
       expectTheSame(
           [&](const opencl::Traits& traits) {
             Matcher matcher = makeMatcher(device(), traits, precision());
             matcher.setTarget(device_searches ? matcher.makeTarget(viewOf(target_)) : matcher.makeTarget(index));
-            if (planes)
+            if (metric == Metric::Plane)
               matcher.setTargetNormals(viewOf(normals_));
+            if (metric == Metric::Generalized)
+              matcher.setTargetCovariances({of_target.data(), of_target.size(), sizeof(of_target[0])});
             matcher.setSource(viewOf(source_));
+            if (metric == Metric::Generalized)
+              matcher.setSourceCovariances({of_source.data(), of_source.size(), sizeof(of_source[0])});
             matcher.match({}, 1.0F); // the next one has candidates
             return matcher.match(transformOf(motion({0, 0, 1}, 0.01, {0.02, 0, 0})), 1.0F);
           },

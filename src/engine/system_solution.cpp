@@ -1,4 +1,4 @@
-#include "plane_solution.h"
+#include "system_solution.h"
 
 #include <cmath>
 
@@ -68,25 +68,23 @@ std::array<double, 9> rotationOf(double alpha, double beta, double gamma)
 
 } // namespace
 
-Estimate solved(const PlaneProblem& problem)
+Estimate solved(const System& system, double share_of_step)
 {
   // Rotations in units of what they move the lever's end by.
-  const double scale[6] = {1 / problem.length, 1 / problem.length, 1 / problem.length, 1, 1, 1};
+  const double scale[6] = {1 / system.length, 1 / system.length, 1 / system.length, 1, 1, 1};
   Matrix matrix{};
   Vector right{};
-  const double* sum = problem.sums.data();
+  const double* sum = system.sums.data();
   for (int i = 0; i < 6; ++i)
     for (int j = i; j < 6; ++j)
       matrix[i][j] = matrix[j][i] = *sum++ * scale[i] * scale[j];
   for (int i = 0; i < 6; ++i)
     right[i] = *sum++ * scale[i];
-  const double weight = matrix[3][3] + matrix[4][4] + matrix[5][5];
-
   const Matrix vectors = diagonalise(matrix);
   double largest = 0;
   for (int i = 0; i < 6; ++i)
     largest = std::fmax(largest, matrix[i][i]);
-  const double noise = weight * problem.row_noise * problem.row_noise + largest * problem.sum_noise;
+  const double noise = system.weight() * system.row_noise * system.row_noise + largest * system.sum_noise;
 
   Estimate estimate;
   Vector step{};
@@ -101,16 +99,18 @@ Estimate solved(const PlaneProblem& problem)
     for (int i = 0; i < 6; ++i)
       step[i] += vectors[i][k] * share / matrix[k][k];
   }
+  for (double& entry : step)
+    entry *= share_of_step;
   estimate.degeneracy = estimate.free_motions > 0 ? Degeneracy::Sliding : Degeneracy::None;
 
   StageValues& values = estimate.stages;
   values.R = rotationOf(step[0] * scale[0], step[1] * scale[1], step[2] * scale[2]);
-  values.source_centroid = values.target_centroid = problem.centre;
+  values.source_centroid = values.target_centroid = system.centre;
   for (int i = 0; i < 3; ++i) {
     values.target_centroid[i] += step[3 + i];
     values.t[i] = values.target_centroid[i];
     for (int j = 0; j < 3; ++j)
-      values.t[i] -= values.R[3 * i + j] * problem.centre[j];
+      values.t[i] -= values.R[3 * i + j] * system.centre[j];
   }
   return estimate;
 }

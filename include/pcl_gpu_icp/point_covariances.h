@@ -1,0 +1,19 @@
+#pragma once
+
+#include <pcl_gpu_icp/export.h>
+#include <pcl_gpu_icp/normal_estimator.h>
+
+#include <array>
+#include <vector>
+
+namespace pcl_gpu_icp {
+
+/// Symmetric 3x3: xx xy xz yy yz zz.
+using PointCovariances = std::vector<std::array<float, 6>>;
+
+/// Covariances of points on a surface (Segal, Haehnel and Thrun 2009): 1 within it and `epsilon` along its normal,
+/// I - (1 - epsilon) n n^T; where there is no normal I.
+/// \param normals unit vectors of either sign; NaN: none
+PCL_GPU_ICP_API PointCovariances surfaceCovariances(const NormalEstimator::Normals& normals, double epsilon);
+
+} // namespace pcl_gpu_icp

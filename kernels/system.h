@@ -1,0 +1,70 @@
+// The normal equations of a metric over the matched pairs. Of a pair, with p the source point at the pose, q its match,
+// e = q - p, J = (-[p - c]x, I) what a small turn about c and a shift do to p, and M the pair's 3x3 information: the
+// sums of J^T M J, of J^T M e and of e^T M e. A metric is a file that includes this one and says what M is; it defines
+//   OWN_ROWS        how many values it knows of a pair beside the two points
+//   load_own()      reads them
+//   add_equations() adds a pair to the sums
+// and then includes system_pass.h.
+#ifndef PCL_GPU_ICP_SYSTEM_H
+#define PCL_GPU_ICP_SYSTEM_H
+
+#include "solve.h"
+
+#define KEPT_MOST KEPT_CANDIDATES
+#include "match.h"
+#include "tree.h"
+
+#ifdef CHUNKED
+#include "match_chunked.h"
+typedef real_lanes lane;
+#define PAIRS_AT_ONCE 16
+#else
+#include "match_grouped.h"
+typedef real lane;
+#define PAIRS_AT_ONCE 1
+#endif
+
+#pragma OPENCL FP_CONTRACT ON
+
+// Of p and q.
+#define POINT_ROWS 6
+
+// What a metric knows of the points, see layout.h.
+typedef struct {
+  global const float* target; // by position in the leaves
+  global const float* source; // rows of `stride`
+  uint stride;
+} Own;
+
+// A pair's share where M is not of rank one. x: p - c; M: xx xy xz yy yz zz
+static inline void add_information(lane* sums, const lane* x, const lane* M, const lane* e)
+{
+  const lane rows[3][3] = {{M[0], M[1], M[2]}, {M[1], M[3], M[4]}, {M[2], M[4], M[5]}};
+  lane crossed[3][3], Me[3]; // [x]x M
+  for (int i = 0; i < 3; ++i) {
+    const int j = (i + 1) % 3, k = (i + 2) % 3;
+    for (int column = 0; column < 3; ++column)
+      crossed[i][column] = x[j] * rows[k][column] - x[k] * rows[j][column];
+    Me[i] = rows[i][0] * e[0] + rows[i][1] * e[1] + rows[i][2] * e[2];
+  }
+  int s = 0;
+  for (int i = 0; i < 3; ++i) {
+    // [x]x M [x]x^T, then the part that turn and shift share.
+    for (int b = i; b < 3; ++b) {
+      const int j = (b + 1) % 3, k = (b + 2) % 3;
+      sums[s++] += x[j] * crossed[i][k] - x[k] * crossed[i][j];
+    }
+    for (int b = 0; b < 3; ++b)
+      sums[s++] += crossed[i][b];
+  }
+  for (int i = 0; i < 3; ++i)
+    for (int b = i; b < 3; ++b)
+      sums[s++] += rows[i][b];
+  for (int i = 0; i < 3; ++i)
+    sums[s++] += x[(i + 1) % 3] * Me[(i + 2) % 3] - x[(i + 2) % 3] * Me[(i + 1) % 3];
+  for (int i = 0; i < 3; ++i)
+    sums[s++] += Me[i];
+  sums[s] += e[0] * Me[0] + e[1] * Me[1] + e[2] * Me[2];
+}
+
+#endif

@@ -1,0 +1,30 @@
+#pragma once
+
+#include "kernels/layout.h"
+
+#include <pcl_gpu_icp/rigid_estimator.h>
+
+#include <array>
+
+namespace pcl_gpu_icp {
+
+/// The normal equations of a metric over matched pairs, for a small turn about a centre and a shift.
+struct System {
+  std::array<double, SYSTEM_SUMS> sums{}; ///< see kernels/layout.h
+  std::array<double, 3> centre{};         ///< the point that the small rotation turns about
+  double length = 1;                      ///< a lever that makes rotations comparable with translations
+  double row_noise = 0;                   ///< what the rows' own rounding is, relative to a unit normal
+  double sum_noise = 0;                   ///< what the sums' rounding is, relative to the largest of them
+
+  /// Of the pairs' information along x, y and z.
+  double weight() const { return sums[15] + sums[18] + sums[20]; }
+  double cost() const { return sums[SYSTEM_SUMS - 1]; }
+};
+
+/// The motion that solves it, as stages.R about stages.source_centroid (the centre) and on to stages.target_centroid;
+/// of several the smallest. Motions whose share in the sums is below the noise are free: they are left out and counted.
+/// R is made from the three small angles as pcl::registration::TransformationEstimationPointToPlaneLLS makes it.
+/// \param share of the step that is taken
+Estimate solved(const System& system, double share = 1);
+
+} // namespace pcl_gpu_icp

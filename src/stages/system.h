@@ -1,0 +1,55 @@
+#pragma once
+
+#include "match.h"
+
+#include <pcl_gpu_icp/result.h>
+
+#include <array>
+
+namespace pcl_gpu_icp::stages {
+
+/// What a metric knows of the points: normals of the target's (point-to-plane), or covariances of both clouds' (GICP).
+/// See kernels/layout.h.
+struct MetricPoints {
+  opencl::Buffer target{"normals or covariances of the target"};
+  opencl::Buffer source{"covariances of the source"};
+};
+
+/// Copies a normal for each target point, in the order of the leaves; those that are not finite become zero.
+void packNormals(opencl::Queue& queue, const std::vector<std::array<float, 3>>& normals, MetricPoints& own);
+
+/// xx xy xz yy yz zz
+using Covariance = std::array<float, COVARIANCE_ROWS>;
+void packTargetCovariances(opencl::Queue& queue, const std::vector<Covariance>& covariances, MetricPoints& own);
+/// In the order of the source's rows.
+void packSourceCovariances(opencl::Queue& queue,
+                           const std::vector<Covariance>& covariances,
+                           const SourcePoints& source,
+                           MetricPoints& own);
+
+/// The normal equations of a metric over matched pairs. See kernels/system.h.
+class System {
+public:
+  /// Writes SYSTEM_SUMS values.
+  /// \param metric Plane or Generalized
+  /// \param pose from the source's frame (about its pivot) to the target's
+  /// \param turn the pose whose rotation the pairs are weighed by
+  /// \param matches as Match::matches()
+  /// \param centre in the target's frame; float32 values
+  void enqueue(opencl::Queue& queue,
+               Metric metric,
+               const SourcePoints& source,
+               const RigidTransform& pose,
+               const RigidTransform& turn,
+               const opencl::Buffer& matches,
+               const TargetPoints& target,
+               const MetricPoints& own,
+               const std::array<double, 3>& centre,
+               std::size_t real_bytes,
+               const opencl::Buffer& total);
+
+private:
+  opencl::Buffer partials_{"partial sums of normal equations"};
+};
+
+} // namespace pcl_gpu_icp::stages
