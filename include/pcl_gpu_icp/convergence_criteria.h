@@ -16,7 +16,7 @@ public:
   using Matrix4 = Eigen::Matrix<Scalar, 4, 4>;
 
   ConvergenceCriteria(const int& iterations, const Matrix4& increment, const pcl::Correspondences& correspondences);
-  void startAfresh(double spacing);
+  virtual void startAfresh(double spacing);
   void setMeanSquaredDistance(double value) { mean_squared_distance_ = value; }
   bool hasConverged() override;
 

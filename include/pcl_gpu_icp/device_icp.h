@@ -5,6 +5,7 @@
 #include <pcl_gpu_icp/device_lane.h>
 #include <pcl_gpu_icp/icp_loop.h>
 #include <pcl_gpu_icp/matcher.h>
+#include <pcl_gpu_icp/point_covariances.h>
 #include <pcl_gpu_icp/result.h>
 #include <pcl_gpu_icp/rigid_estimator.h>
 #include <pcl_gpu_icp/search/nearest_kdtree.h>
@@ -49,6 +50,13 @@ public:
   /// Pipeline::Fused by default.
   void setPipeline(Pipeline pipeline);
   Pipeline getPipeline() const { return pipeline_; }
+
+  /// What is made small: Metric::Point by default. Plane is setTransformationEstimation() with a
+  /// pcl_gpu_icp::TransformationEstimationPointToPlaneLLS of default settings, and such an estimator is Plane.
+  /// Generalized excludes a search method, a correspondence or a transformation estimation and a point representation
+  /// of the caller's: align() then ends with an error.
+  void setMetric(Metric metric);
+  Metric getMetric() const;
 
   /// What finds the correspondences: CorrespondenceSearch::PclKdTree by default. DeviceKdTree excludes a search method,
   /// a correspondence estimation or a point representation of the caller's: align() then ends with an error.
@@ -102,6 +110,15 @@ public:
   void leave(DeviceLane& lane);
 
 protected:
+  /// Of GICP's: how many points, itself among them, a point's covariance comes from and how thick the surface is; or
+  /// the covariances themselves, one for each point of a cloud, where they are given.
+  struct CovarianceSettings {
+    unsigned neighbours = NormalEstimator::default_neighbours;
+    double epsilon = 0.001;
+    PointCovariances of_source, of_target;
+  };
+  virtual CovarianceSettings covarianceSettings() const { return {}; }
+
   void computeTransformation(PointCloudSource& output, const Matrix4& guess) override;
 
   /// As pcl::IterativeClosestPoint::transformCloud, computed in double; in float where PCL's own bits are asked for.
@@ -128,6 +145,14 @@ private:
   void prepareMatchingOnDevice();
   void prepareMatchingByCaller();
   void prepareMetric();
+  std::shared_ptr<const NormalEstimator::Normals>
+  normalsOf(const Points& points, std::uint64_t fingerprint, unsigned neighbours);
+  template <typename PointT>
+  PointCovariances covariancesOf(const pcl::PointCloud<PointT>& cloud,
+                                 const CovarianceSettings& settings,
+                                 const PointCovariances& given,
+                                 const char* whose);
+  void prepareCovariances();
   void prepareEstimator();
   RigidTransform startOf(const Matrix4& guess) const;
   void prepareCriteria();
@@ -147,7 +172,13 @@ private:
   pcl::Indices finiteIndices() const;
   bool usesDefaultSearch() const;
   bool estimatesRigidly() const { return estimatesOnDevice() || planes_; }
-  bool estimatesOnDevice() const { return this->Registration::transformation_estimation_ == default_transformation_estimation_; }
+  bool isGeneralized() const { return result_.metric == Metric::Generalized; }
+  /// From listed pairs, where the metric is Point.
+  bool usesEstimator() const { return estimatesOnDevice() && !increment_from_matching_ && !isGeneralized(); }
+  bool estimatesOnDevice() const
+  {
+    return this->Registration::transformation_estimation_ == default_transformation_estimation_;
+  }
   const Device& device();
   Points takingPart() const { return search::pointsOf(*this->input_, finite_indices_.get()); }
   bool usesAllPoints() const { return this->indices_->size() == this->input_->size(); }
@@ -158,6 +189,8 @@ private:
   std::optional<Device> device_outside_; ///< of lanes,
   unsigned int threads_outside_ = 0;     ///< and as many threads
   Pipeline pipeline_ = Pipeline::Fused;
+  bool generalized_ = false;                       ///< the metric asked for; Plane is an estimator's,
+  typename PlaneEstimation::Ptr plane_estimation_; ///< of which this is the own one
   CorrespondenceSearch search_ = CorrespondenceSearch::PclKdTree;
   bool accelerated_ = false;
   unsigned int threads_ = 0;
@@ -173,7 +206,8 @@ private:
   std::unique_ptr<Matcher> matcher_;      ///< from the source to the target,
   std::uint64_t matcher_target_ = 0;      ///< the fingerprint of the points it holds,
   CorrespondenceSearch matcher_search_{}; ///< what searches them,
-  std::uint64_t matcher_normals_ = 0;     ///< and the fingerprint of the normals that it measures along; 0: none
+  std::uint64_t matcher_normals_ =
+      0; ///< and the fingerprint of the normals or covariances that it measures by; 0: none
   std::shared_ptr<const NormalEstimator::Normals> target_normals_; ///< where they were estimated
   std::unique_ptr<Matcher> backward_matcher_; ///< from the target to the source, for reciprocal correspondences
   std::unique_ptr<RigidEstimator> estimator_; ///< where the increment comes from listed correspondences,

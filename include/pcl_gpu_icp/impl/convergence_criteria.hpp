@@ -16,8 +16,9 @@ static_assert(default_absolute_mse < 1e-12);
 } // namespace detail
 
 template <typename Scalar>
-ConvergenceCriteria<Scalar>::ConvergenceCriteria(
-    const int& iterations, const Matrix4& increment, const pcl::Correspondences& correspondences)
+ConvergenceCriteria<Scalar>::ConvergenceCriteria(const int& iterations,
+                                                 const Matrix4& increment,
+                                                 const pcl::Correspondences& correspondences)
 : pcl::registration::DefaultConvergenceCriteria<Scalar>(iterations, increment, correspondences)
 {
   this->mse_threshold_absolute_ = detail::default_absolute_mse;

@@ -1,7 +1,7 @@
 #pragma once
 
-#include <pcl_gpu_icp/error.h>
 #include <pcl_gpu_icp/device_icp.h>
+#include <pcl_gpu_icp/error.h>
 #include <pcl_gpu_icp/impl/device_icp_correspondences.hpp>
 #include <pcl_gpu_icp/impl/device_icp_lane.hpp>
 #include <pcl_gpu_icp/impl/device_icp_preparation.hpp>
@@ -59,10 +59,8 @@ DeviceIcp<PclIcp>::DeviceIcp()
 : nearest_tree_(new NearestTargetTree)
 , default_reciprocal_tree_(this->tree_reciprocal_)
 {
-  this->Registration::reg_name_ = "IterativeClosestPoint";
   this->tree_ = nearest_tree_;
-  this->convergence_criteria_.reset(
-      new Criteria(this->nr_iterations_, this->transformation_, *this->correspondences_));
+  this->convergence_criteria_.reset(new Criteria(this->nr_iterations_, this->transformation_, *this->correspondences_));
   default_transformation_estimation_ = this->Registration::transformation_estimation_;
   default_correspondence_estimation_ = this->correspondence_estimation_;
 }
@@ -71,6 +69,8 @@ template <typename PclIcp>
 void DeviceIcp<PclIcp>::setDevice(const Device& device)
 {
   device_ = device;
+  if (plane_estimation_)
+    plane_estimation_->setDevice(device);
   matcher_.reset();
   estimator_.reset();
 }
@@ -80,6 +80,30 @@ void DeviceIcp<PclIcp>::setPipeline(Pipeline pipeline)
 {
   pipeline_ = pipeline;
   estimator_.reset();
+}
+
+template <typename PclIcp>
+void DeviceIcp<PclIcp>::setMetric(Metric metric)
+{
+  generalized_ = metric == Metric::Generalized;
+  if (metric == Metric::Plane && !plane_estimation_) {
+    plane_estimation_ = pcl::make_shared<PlaneEstimation>();
+    if (device_)
+      plane_estimation_->setDevice(*device_);
+  }
+  if (metric == Metric::Plane)
+    this->Registration::transformation_estimation_ = plane_estimation_;
+  else
+    this->Registration::transformation_estimation_ = default_transformation_estimation_;
+}
+
+template <typename PclIcp>
+Metric DeviceIcp<PclIcp>::getMetric() const
+{
+  if (generalized_)
+    return Metric::Generalized;
+  return dynamic_cast<const PlaneEstimation*>(this->Registration::transformation_estimation_.get()) ? Metric::Plane
+                                                                                                    : Metric::Point;
 }
 
 template <typename PclIcp>
@@ -170,8 +194,7 @@ bool DeviceIcp<PclIcp>::indicesAreValid()
 }
 
 template <typename PclIcp>
-void DeviceIcp<PclIcp>::computeTransformation(PointCloudSource& output,
-                                                                                    const Matrix4& guess)
+void DeviceIcp<PclIcp>::computeTransformation(PointCloudSource& output, const Matrix4& guess)
 {
   result_ = {};
   try {
@@ -223,7 +246,8 @@ RigidTransform DeviceIcp<PclIcp>::estimateIncrement(const RigidTransform& pose)
   }
   if (!increment_from_matching_) {
     const Stopwatch watch(result_.host_times, "estimate");
-    increment_ = estimator_->estimate(matches_.data(), matches_.size(), pose);
+    increment_ = isGeneralized() ? matcher_->estimate(matches_, pose)
+                                 : estimator_->estimate(matches_.data(), matches_.size(), pose);
   }
   result_.degeneracy = increment_.degeneracy;
   result_.free_motions = increment_.free_motions;
@@ -233,8 +257,7 @@ RigidTransform DeviceIcp<PclIcp>::estimateIncrement(const RigidTransform& pose)
 }
 
 template <typename PclIcp>
-bool DeviceIcp<PclIcp>::finished(const RigidTransform& /*increment*/,
-                                                                       const RigidTransform& pose)
+bool DeviceIcp<PclIcp>::finished(const RigidTransform& /*increment*/, const RigidTransform& pose)
 {
   this->final_transformation_ = matrixOf(pose);
   ++this->nr_iterations_;
@@ -262,14 +285,13 @@ bool DeviceIcp<PclIcp>::finished(const RigidTransform& /*increment*/,
 template <typename PclIcp>
 std::array<double, 3> DeviceIcp<PclIcp>::anchor() const
 {
-  return increment_from_matching_ ? matcher_->sourcePivot()
-         : estimatesOnDevice()    ? estimator_->sourcePivot()
-                                  : std::array<double, 3>{};
+  return usesEstimator()                               ? estimator_->sourcePivot()
+         : increment_from_matching_ || isGeneralized() ? matcher_->sourcePivot()
+                                                       : std::array<double, 3>{};
 }
 
 template <typename PclIcp>
-typename DeviceIcp<PclIcp>::Matrix4
-DeviceIcp<PclIcp>::matrixOf(const RigidTransform& pose) const
+typename DeviceIcp<PclIcp>::Matrix4 DeviceIcp<PclIcp>::matrixOf(const RigidTransform& pose) const
 {
   return detail::toMatrix<Scalar>(rounded<Scalar>(estimatesRigidly() ? nearestRigid(pose, anchor()) : pose, anchor()));
 }
@@ -282,7 +304,8 @@ std::string DeviceIcp<PclIcp>::whyTooFewMatched() const
   if (result_.target_points == 0)
     return "No point of the target is finite.";
   return "Not enough correspondences found: " + std::to_string(matched_) + ", where " +
-         std::to_string(this->Registration::min_number_correspondences_) + " are needed. Relax your threshold parameters.";
+         std::to_string(this->Registration::min_number_correspondences_) +
+         " are needed. Relax your threshold parameters.";
 }
 
 template <typename PclIcp>
@@ -313,7 +336,7 @@ void DeviceIcp<PclIcp>::report(const RigidTransform& pose)
     if (this->use_reciprocal_correspondence_)
       result_.device_bytes += backward_matcher_->deviceBytes();
   }
-  if (estimatesOnDevice() && !increment_from_matching_) {
+  if (usesEstimator()) {
     result_.device_bytes += estimator_->deviceBytes();
     for (const auto& [what, time] : estimator_->takeTimes()) {
       StageTime& entry = result_.device_times[what];
@@ -325,8 +348,8 @@ void DeviceIcp<PclIcp>::report(const RigidTransform& pose)
 
 template <typename PclIcp>
 void DeviceIcp<PclIcp>::transformCloud(const PointCloudSource& input,
-                                                                             PointCloudSource& output,
-                                                                             const Matrix4& transform)
+                                       PointCloudSource& output,
+                                       const Matrix4& transform)
 {
   if (moves_as_pcl_) {
     Base::transformCloud(input, output, transform);

@@ -76,8 +76,7 @@ double DeviceIcp<PclIcp>::error() const
 }
 
 template <typename PclIcp>
-double DeviceIcp<PclIcp>::truncatedMean(std::size_t matched,
-                                                                              double mean_square) const
+double DeviceIcp<PclIcp>::truncatedMean(std::size_t matched, double mean_square) const
 {
   // A point without a match counts as one at the limit, so that losing matches does not look like progress.
   const std::size_t all = finite_indices_->size();
@@ -134,8 +133,7 @@ void DeviceIcp<PclIcp>::keepMutual(const RigidTransform& pose)
 }
 
 template <typename PclIcp>
-void DeviceIcp<PclIcp>::listCorrespondences(
-    const std::vector<Correspondence>& correspondences)
+void DeviceIcp<PclIcp>::listCorrespondences(const std::vector<Correspondence>& correspondences)
 {
   this->correspondences_->resize(correspondences.size());
   for (std::size_t i = 0; i < correspondences.size(); ++i) {

@@ -1,8 +1,8 @@
 #pragma once
 
 // IterativeClosestPoint on a lane of a batch.
-#include <pcl_gpu_icp/device_lane.h>
 #include <pcl_gpu_icp/device_icp.h>
+#include <pcl_gpu_icp/device_lane.h>
 
 #include <utility>
 

@@ -1,8 +1,8 @@
 #pragma once
 
 // What IterativeClosestPoint does once, before its first iteration.
-#include <pcl_gpu_icp/error.h>
 #include <pcl_gpu_icp/device_icp.h>
+#include <pcl_gpu_icp/error.h>
 #include <pcl_gpu_icp/impl/matrix.hpp>
 #include <pcl_gpu_icp/stopwatch.h>
 
@@ -97,13 +97,16 @@ bool DeviceIcp<PclIcp>::usesDefaultSearch() const
 template <typename PclIcp>
 void DeviceIcp<PclIcp>::prepareMatching()
 {
+  result_.metric = getMetric();
   matches_on_device_ = usesDefaultSearch();
+  if (isGeneralized() && !(matches_on_device_ && estimatesOnDevice()))
+    throw InvalidArgument("generalized ICP excludes a search method, a correspondence estimation, a transformation "
+                          "estimation or a point representation of the caller's");
   if (search_ == CorrespondenceSearch::DeviceKdTree && !matches_on_device_)
     throw InvalidArgument("setCorrespondenceSearch(DeviceKdTree) excludes a search method, a correspondence estimation "
                           "or a point representation of the caller's");
-  result_.metric = planes_ ? Metric::Plane : Metric::Point;
-  const bool plain = matches_on_device_ && !this->use_reciprocal_correspondence_ && (estimatesOnDevice() || planes_) &&
-                     this->correspondence_rejectors_.empty() && pipeline_ == Pipeline::Fused;
+  const bool plain = matches_on_device_ && !this->use_reciprocal_correspondence_ && estimatesRigidly() &&
+                     this->correspondence_rejectors_.empty() && (pipeline_ == Pipeline::Fused || isGeneralized());
   increment_from_matching_ = plain;
   lists_correspondences_ =
       !plain || this->update_visualizer_ || !dynamic_cast<Criteria*>(this->convergence_criteria_.get());
@@ -142,7 +145,7 @@ void DeviceIcp<PclIcp>::prepareMatchingOnDevice()
       nearest_tree_->refresh();
     const std::uint64_t target =
         device_searches ? search::fingerprintOf(search::pointsOf(*this->target_)) : nearest_tree_->fingerprint();
-    if (matcher_target_ != target || (matcher_normals_ != 0 && !planes_)) {
+    if (matcher_target_ != target || (matcher_normals_ != 0 && result_.metric == Metric::Point)) {
       matcher_target_ = matcher_normals_ = 0;
       target_normals_.reset();
       const auto make_target = [&] {
@@ -164,6 +167,8 @@ void DeviceIcp<PclIcp>::prepareMatchingOnDevice()
     matcher_->setSource(takingPart());
     matched_source_ = search::fingerprintOf(takingPart());
   }
+  if (isGeneralized())
+    prepareCovariances();
   if (this->use_reciprocal_correspondence_) {
     if (!backward_matcher_)
       backward_matcher_ = make();
@@ -185,18 +190,24 @@ void DeviceIcp<PclIcp>::prepareMatchingOnDevice()
 }
 
 template <typename PclIcp>
+std::shared_ptr<const NormalEstimator::Normals>
+DeviceIcp<PclIcp>::normalsOf(const Points& points, std::uint64_t fingerprint, unsigned neighbours)
+{
+  const Precision precision = detail::precisionFor<Scalar>(device());
+  const auto make = [&] {
+    NormalEstimator estimator(device(), precision);
+    estimator.setShare(share_);
+    return std::make_shared<const NormalEstimator::Normals>(estimator.estimate(points, neighbours));
+  };
+  return cache_ ? cache_->normals.get({fingerprint, neighbours, precision}, make) : make();
+}
+
+template <typename PclIcp>
 void DeviceIcp<PclIcp>::prepareMetric()
 {
   const Stopwatch watch(result_.host_times, "normals");
-  using Normals = NormalEstimator::Normals;
-  const Precision precision = detail::precisionFor<Scalar>(device());
-  const auto estimate = [&](const Points& points, std::uint64_t fingerprint, unsigned neighbours) {
-    const auto make = [&] {
-      NormalEstimator estimator(device(), precision);
-      estimator.setShare(share_);
-      return std::make_shared<const Normals>(estimator.estimate(points, neighbours));
-    };
-    return cache_ ? cache_->normals.get({fingerprint, neighbours, precision}, make) : make();
+  const auto estimate = [this](const Points& points, std::uint64_t fingerprint, unsigned neighbours) {
+    return normalsOf(points, fingerprint, neighbours);
   };
   const Points normals = planes_->normalsOf(*this->target_, estimate, target_normals_);
   const std::uint64_t fingerprint = search::fingerprintOf(normals);
@@ -205,6 +216,43 @@ void DeviceIcp<PclIcp>::prepareMetric()
   matcher_normals_ = 0;
   matcher_->setTargetNormals(normals);
   matcher_normals_ = fingerprint;
+}
+
+template <typename PclIcp>
+template <typename PointT>
+PointCovariances DeviceIcp<PclIcp>::covariancesOf(const pcl::PointCloud<PointT>& cloud,
+                                                  const CovarianceSettings& settings,
+                                                  const PointCovariances& given,
+                                                  const char* whose)
+{
+  if (given.empty()) {
+    const Points points = search::pointsOf(cloud);
+    return surfaceCovariances(*normalsOf(points, search::fingerprintOf(points), settings.neighbours), settings.epsilon);
+  }
+  if (given.size() < cloud.size())
+    throw InvalidArgument(std::string("the covariances of the ") + whose + " are " + std::to_string(given.size()) +
+                          ", its points " + std::to_string(cloud.size()));
+  return given;
+}
+
+template <typename PclIcp>
+void DeviceIcp<PclIcp>::prepareCovariances()
+{
+  const Stopwatch watch(result_.host_times, "normals");
+  const CovarianceSettings settings = covarianceSettings();
+  const auto view = [](const PointCovariances& covariances, int first) {
+    return Points{covariances.data()->data() + first, covariances.size(), sizeof(PointCovariances::value_type)};
+  };
+  const PointCovariances of_target = covariancesOf(*this->target_, settings, settings.of_target, "target");
+  const std::uint64_t fingerprint =
+      1 + search::fingerprintOf(view(of_target, 0)) + 3 * search::fingerprintOf(view(of_target, 3));
+  if (matcher_normals_ != fingerprint) {
+    matcher_normals_ = 0;
+    matcher_->setTargetCovariances(view(of_target, 0));
+    matcher_normals_ = fingerprint;
+  }
+  const PointCovariances of_source = covariancesOf(*this->input_, settings, settings.of_source, "source");
+  matcher_->setSourceCovariances(view(of_source, 0));
 }
 
 template <typename PclIcp>
@@ -226,7 +274,7 @@ void DeviceIcp<PclIcp>::prepareEstimator()
     result_.device = planes_->getDevice().info();
     result_.precision = detail::precisionFor<Scalar>(planes_->getDevice());
   }
-  if (!estimatesOnDevice() || increment_from_matching_)
+  if (!usesEstimator())
     return;
   const Stopwatch watch(result_.host_times, "start");
   const Precision precision = detail::precisionFor<Scalar>(device());

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <pcl_gpu_icp/device_icp.h>
+
+#include <pcl/registration/icp.h>
+
+#include <typeinfo>
+
+namespace pcl_gpu_icp {
+
+/// pcl::IterativeClosestPointWithNormals on an OpenCL device: Metric::Plane, with the target's normals. With
+/// setUseSymmetricObjective(true) PCL's own estimator makes the increments, on the host. Everything else as in
+/// pcl_gpu_icp::IterativeClosestPoint.
+template <typename PointSource, typename PointTarget, typename Scalar = float>
+class IterativeClosestPointWithNormals
+: public DeviceIcp<pcl::IterativeClosestPointWithNormals<PointSource, PointTarget, Scalar>> {
+  using Base = DeviceIcp<pcl::IterativeClosestPointWithNormals<PointSource, PointTarget, Scalar>>;
+
+public:
+  using Ptr = pcl::shared_ptr<IterativeClosestPointWithNormals>;
+  using ConstPtr = pcl::shared_ptr<const IterativeClosestPointWithNormals>;
+  using typename Base::Matrix4;
+  using typename Base::PointCloudSource;
+
+  IterativeClosestPointWithNormals() { this->setMetric(Metric::Plane); }
+
+protected:
+  void computeTransformation(PointCloudSource& output, const Matrix4& guess) override
+  {
+    // setUseSymmetricObjective(false) installs PCL's.
+    using PclPlanes = pcl::registration::TransformationEstimationPointToPlaneLLS<PointSource, PointTarget, Scalar>;
+    const auto& estimation = *this->transformation_estimation_;
+    if (typeid(estimation) == typeid(PclPlanes))
+      this->setMetric(Metric::Plane);
+    Base::computeTransformation(output, guess);
+  }
+};
+
+} // namespace pcl_gpu_icp

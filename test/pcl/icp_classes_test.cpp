@@ -1,0 +1,121 @@
+// IterativeClosestPointNonLinear and IterativeClosestPointWithNormals in place of PCL's: the same answers.
+#include <pcl_gpu_icp/icp_nl.h>
+#include <pcl_gpu_icp/icp_with_normals.h>
+
+#include <pcl/common/transforms.h>
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+namespace pcl_gpu_icp::test {
+namespace {
+
+using pcl::PointNormal;
+using Cloud = pcl::PointCloud<PointNormal>;
+using Eigen::Matrix4f;
+using Eigen::Vector3f;
+
+/// z = sin(x) cos(y / 2) + x y / 10, sampled at random, with its normals.
+Cloud::Ptr bumps(unsigned seed)
+{
+  std::mt19937 engine(seed);
+  std::uniform_real_distribution<float> across(-4, 4);
+  Cloud::Ptr cloud(new Cloud);
+  for (int i = 0; i < 2000; ++i) {
+    const float x = across(engine), y = across(engine);
+    PointNormal point;
+    point.getVector3fMap() = Vector3f(x, y, std::sin(x) * std::cos(y / 2) + x * y / 10);
+    point.getNormalVector3fMap() =
+        Vector3f(-std::cos(x) * std::cos(y / 2) - y / 10, std::sin(x) * std::sin(y / 2) / 2 - x / 10, 1).normalized();
+    cloud->push_back(point);
+  }
+  return cloud;
+}
+
+Matrix4f truth()
+{
+  Matrix4f matrix = Matrix4f::Identity();
+  matrix.topLeftCorner<3, 3>() = Eigen::AngleAxisf(0.04F, Vector3f(1, -2, 2).normalized()).toRotationMatrix();
+  matrix.topRightCorner<3, 1>() = Vector3f(0.05F, -0.04F, 0.06F);
+  return matrix;
+}
+
+class IcpClasses : public testing::TestWithParam<CorrespondenceSearch> {
+protected:
+  IcpClasses() { pcl::transformPointCloudWithNormals(*bumps(2), *source_, Matrix4f(truth().inverse())); }
+
+  template <typename Icp>
+  Matrix4f align(Icp& icp) const
+  {
+    icp.setInputSource(source_);
+    icp.setInputTarget(target_);
+    icp.setMaximumIterations(60);
+    Cloud output;
+    icp.align(output);
+    EXPECT_TRUE(icp.hasConverged());
+    return icp.getFinalTransformation();
+  }
+
+  /// How far apart two poses bring the points at most.
+  double apart(const Matrix4f& a, const Matrix4f& b) const
+  {
+    double most = 0;
+    for (const PointNormal& point : *source_)
+      most = std::max<double>(most, ((a - b) * point.getVector4fMap()).head<3>().norm());
+    return most;
+  }
+
+  const Cloud::Ptr source_{new Cloud}, target_ = bumps(1);
+};
+
+TEST_P(IcpClasses, NonLinearEndsWhereStockDoes)
+{
+  pcl::IterativeClosestPointNonLinear<PointNormal, PointNormal> stock;
+  IterativeClosestPointNonLinear<PointNormal, PointNormal> ours;
+  ours.setCorrespondenceSearch(GetParam());
+  pcl::IterativeClosestPoint<PointNormal, PointNormal>& base = ours;
+  EXPECT_LT(apart(align(base), align(stock)), 2e-3);
+  EXPECT_EQ(ours.getResult().metric, Metric::Point);
+  EXPECT_GT(ours.getResult().device_bytes, 0U);
+  EXPECT_GT(ours.getResult().device_times.size(), 0U);
+}
+
+TEST_P(IcpClasses, WithNormalsEndsWhereStockDoes)
+{
+  pcl::IterativeClosestPointWithNormals<PointNormal, PointNormal> stock;
+  IterativeClosestPointWithNormals<PointNormal, PointNormal> ours;
+  ours.setCorrespondenceSearch(GetParam());
+  const Matrix4f answer = align(ours);
+  EXPECT_LT(apart(answer, align(stock)), 1e-4);
+  EXPECT_LT(apart(answer, truth()), 5e-3);
+  EXPECT_EQ(ours.getResult().metric, Metric::Plane);
+  EXPECT_EQ(ours.getMetric(), Metric::Plane);
+}
+
+TEST_P(IcpClasses, SymmetricObjectiveIsPclsAndCanBeLeftAgain)
+{
+  pcl::IterativeClosestPointWithNormals<PointNormal, PointNormal> stock;
+  IterativeClosestPointWithNormals<PointNormal, PointNormal> ours;
+  ours.setCorrespondenceSearch(GetParam());
+  const Matrix4f planes = align(ours);
+  stock.setUseSymmetricObjective(true);
+  ours.setUseSymmetricObjective(true);
+  for (const bool same_direction : {true, false}) {
+    stock.setEnforceSameDirectionNormals(same_direction);
+    ours.setEnforceSameDirectionNormals(same_direction);
+    EXPECT_LT(apart(align(ours), align(stock)), 1e-4);
+    EXPECT_NE(ours.getFinalTransformation(), planes);
+  }
+  ours.setUseSymmetricObjective(false);
+  EXPECT_EQ(align(ours), planes);
+}
+
+INSTANTIATE_TEST_SUITE_P(,
+                         IcpClasses,
+                         testing::Values(CorrespondenceSearch::PclKdTree, CorrespondenceSearch::DeviceKdTree),
+                         [](const auto& info) { return info.index == 0 ? "pcl" : "device"; });
+
+} // namespace
+} // namespace pcl_gpu_icp::test
