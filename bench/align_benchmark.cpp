@@ -1,10 +1,11 @@
 // One method of this library's or of PCL's on one pair of clouds, in a process of its own; bench/compare.py runs it.
-//   align_benchmark stock|pcl|device|accelerated|planes SOURCE TARGET ITERATIONS [converge|window]
+//   align_benchmark stock|pcl|device|accelerated|planes|gicp|stock_gicp SOURCE TARGET ITERATIONS [converge|window]
 //   align_benchmark points SCAN.pcd POINTS     writes the finite points of a scan
 // Clouds are raw float32 triples. Prints a line of JSON: milliseconds from clouds to transform (trees included, nothing
 // known from before), iterations, transform, the process's peak memory, and what the device took to start.
 // `window`: ten sources, each every tenth point of SOURCE from another one on, aligned one after another onto the same
 // target; milliseconds are those of all, and of each.
+#include <pcl_gpu_icp/gicp.h>
 #include <pcl_gpu_icp/icp.h>
 
 #include <pcl/io/pcd_io.h>
@@ -16,6 +17,7 @@
 #include <iostream>
 #include <numeric>
 #include <sys/resource.h>
+#include <type_traits>
 #include <vector>
 
 namespace {
@@ -24,6 +26,8 @@ using Point = pcl::PointXYZ;
 using Cloud = pcl::PointCloud<Point>;
 using Stock = pcl::IterativeClosestPoint<Point, Point>;
 using Ours = pcl_gpu_icp::IterativeClosestPoint<Point, Point>;
+using StockGeneralized = pcl::GeneralizedIterativeClosestPoint<Point, Point>;
+using OursGeneralized = pcl_gpu_icp::GeneralizedIterativeClosestPoint<Point, Point>;
 
 Cloud::Ptr load(const char* path)
 {
@@ -82,12 +86,13 @@ nlohmann::json measure(Icp& icp, char** arguments, const std::string& mode, int 
   const auto source = load(arguments[2]), target = load(arguments[3]);
   const bool converge = mode == "converge";
   icp.setMaximumIterations(std::stoi(arguments[4]));
-  if (converge) {
+  // GICP's default criteria are much the same.
+  if (converge && !std::is_base_of_v<StockGeneralized, Icp>) {
     // The criteria of small_gicp: an increment of less than 1 mm and 0.1 degrees.
     icp.setTransformationEpsilon(1e-6);
     icp.setTransformationRotationEpsilon(std::cos(0.1 * M_PI / 180));
   }
-  const Cloud::Ptr few(new Cloud(10, 1, Point(1, 2, 3)));
+  const Cloud::Ptr few(new Cloud(30, 1, Point(1, 2, 3))); // more than GICP has neighbours
   for (int i = 0; i < warm_ups; ++i)
     millisecondsOf(icp, source, target);
   millisecondsOf(icp, few, few);
@@ -105,25 +110,9 @@ nlohmann::json measure(Icp& icp, char** arguments, const std::string& mode, int 
   return result;
 }
 
-nlohmann::json run(int count, char** arguments)
+template <typename Icp>
+nlohmann::json measureOurs(Icp& icp, char** arguments, const std::string& mode)
 {
-  if (count < 5)
-    throw std::invalid_argument(
-        "align_benchmark stock|pcl|device|accelerated|planes SOURCE TARGET ITERATIONS [converge|window]");
-  const std::string method = arguments[1], mode = count > 5 ? arguments[5] : "";
-  if (method == "stock") {
-    Stock icp;
-    return measure(icp, arguments, mode, 0);
-  }
-  if (method != "pcl" && method != "device" && method != "accelerated" && method != "planes")
-    throw std::invalid_argument("unknown method " + method);
-  Ours icp;
-  icp.setCorrespondenceSearch(method == "pcl" ? pcl_gpu_icp::CorrespondenceSearch::PclKdTree
-                                              : pcl_gpu_icp::CorrespondenceSearch::DeviceKdTree);
-  icp.setAndersonAcceleration(method == "accelerated");
-  if (method == "planes")
-    icp.setTransformationEstimation(
-        pcl::make_shared<pcl_gpu_icp::TransformationEstimationPointToPlaneLLS<Point, Point>>());
   nlohmann::json result = measure(icp, arguments, mode, 1);
   const auto& last = icp.getResult();
   result["iterations"] = last.iterations;
@@ -134,6 +123,36 @@ nlohmann::json run(int count, char** arguments)
   result["device"] = last.device.name;
   result["driver"] = last.device.driver;
   return result;
+}
+
+nlohmann::json run(int count, char** arguments)
+{
+  if (count < 5)
+    throw std::invalid_argument("align_benchmark stock|pcl|device|accelerated|planes|gicp|stock_gicp SOURCE TARGET "
+                                "ITERATIONS [converge|window]");
+  const std::string method = arguments[1], mode = count > 5 ? arguments[5] : "";
+  if (method == "stock") {
+    Stock icp;
+    return measure(icp, arguments, mode, 0);
+  }
+  if (method == "stock_gicp") {
+    StockGeneralized icp;
+    return measure(icp, arguments, mode, 0);
+  }
+  if (method == "gicp") {
+    OursGeneralized icp;
+    icp.setCorrespondenceSearch(pcl_gpu_icp::CorrespondenceSearch::DeviceKdTree);
+    return measureOurs(icp, arguments, mode);
+  }
+  if (method != "pcl" && method != "device" && method != "accelerated" && method != "planes")
+    throw std::invalid_argument("unknown method " + method);
+  Ours icp;
+  icp.setCorrespondenceSearch(method == "pcl" ? pcl_gpu_icp::CorrespondenceSearch::PclKdTree
+                                              : pcl_gpu_icp::CorrespondenceSearch::DeviceKdTree);
+  icp.setAndersonAcceleration(method == "accelerated");
+  if (method == "planes")
+    icp.setMetric(pcl_gpu_icp::Metric::Plane);
+  return measureOurs(icp, arguments, mode);
 }
 
 } // namespace

@@ -1,7 +1,8 @@
-"""Runs every method on every pair of scans, interleaved, a process each: compare.py BINARIES SCANS OUTPUT.
+"""Runs every method on every pair of scans, interleaved, a process each: compare.py BINARIES SCANS OUTPUT [generalized].
 
 Then aligns generated surfaces of growing size. Writes OUTPUT/compare.json with every run, OUTPUT/compare.md with the tables
-of BENCHMARK.md, and OUTPUT/compare.png."""
+of BENCHMARK.md, and OUTPUT/compare.png. With `generalized` it
+makes the tables of Generalized ICP alone, OUTPUT/generalized.md."""
 
 import datetime
 import json
@@ -23,8 +24,10 @@ import matplotlib.pyplot as plt
 BINARIES, SCANS, OUTPUT = (pathlib.Path(argument).resolve() for argument in sys.argv[1:4])
 OURS = {"stock PCL": "stock", "ours, default": "pcl", "ours, device": "device"}
 OTHER_PATHS = {"ours, device, Anderson": "accelerated", "ours, device, point-to-plane": "planes"}
+GENERALIZED = {"stock PCL GICP": "stock_gicp", "ours, device, GICP": "gicp"}
 PEERS = ["small_gicp ICP", "Open3D ICP"]
 PEERS_TO_CONVERGENCE = PEERS + ["small_gicp point-to-plane", "small_gicp GICP", "Open3D point-to-plane"]
+PEERS_GENERALIZED = ["small_gicp GICP"]
 ITERATIONS, ITERATIONS_AT_MOST = 30, 200
 SIZES, GROWTH_ITERATIONS = [10_000, 100_000, 1_000_000, 4_000_000], 10
 
@@ -35,6 +38,7 @@ PAIRS = [
     ("street, raw", "lidar_street_1.pcd", "lidar_street_0.pcd", 0, False, 3),
     ("rgbd_room", "rgbd_room_1.pcd", "rgbd_room_0.pcd", 0, False, 3),
 ]
+REFERENCES = {"lidar_street_1.pcd": "lidar_street_T_0_1.txt"}  # of a source
 
 
 def points_of(file, folder):
@@ -60,7 +64,7 @@ def prepared(file, voxel, no_zero_returns, folder):
 
 
 def run(method, files, iterations, mode=None):
-    own = (OURS | OTHER_PATHS).get(method)
+    own = (OURS | OTHER_PATHS | GENERALIZED).get(method)
     command = [str(BINARIES / "bench/align_benchmark"), own] if own else [
         sys.executable, str(pathlib.Path(__file__).with_name("peer.py")), method]
     command += [*map(str, files), str(iterations)] + ([mode] if mode else [])
@@ -85,7 +89,8 @@ def compare(pair, methods, iterations, mode, folder):
             if method in absent:
                 continue
             try:
-                runs.setdefault(method, []).append(run(method, files, iterations, mode))
+                done = run(method, files, iterations, mode)
+                runs.setdefault(method, []).append(done)
             except RuntimeError as error:
                 absent[method] = str(error)
     tree = cKDTree(target)
@@ -104,7 +109,9 @@ def compare(pair, methods, iterations, mode, folder):
             "each_ms": results[-1].get("each_ms"),
         }
         print(f"  {method}: {rows[method]['ms']:.1f} ms", file=sys.stderr, flush=True)
-    return {"pair": name, "points": [len(source), len(target)], "rounds": rounds, "methods": rows, "absent": absent}
+    reference = numpy.loadtxt(SCANS / REFERENCES[source_file]).tolist() if source_file in REFERENCES else None
+    return {"pair": name, "points": [len(source), len(target)], "rounds": rounds, "methods": rows, "absent": absent,
+            "reference": reference}
 
 
 def surface(n, seed):
@@ -164,20 +171,21 @@ def window_table(results):
 
 
 def table(result, iterations):
-    stock = result["methods"]["stock PCL"]
+    stock = next(iter(result["methods"].values()))
+    distance = lambda row, other: 1e3 * numpy.linalg.norm(numpy.subtract(row["transform"], other)[:3, 3])
     lines = [
         f"**{result['pair']}**: {result['points'][0]} onto {result['points'][1]} points, {result['rounds']} runs",
         "",
-        "| | total | ratio to stock | per iteration | RMSE | translation from stock's | peak memory |",
-        "|---|---|---|---|---|---|---|",
+        "| | total | ratio to stock | per iteration | RMSE | translation from stock's | from the reference | peak memory |",
+        "|---|---|---|---|---|---|---|---|",
     ]
     for method, row in result["methods"].items():
         done = row["iterations"] or iterations
-        apart = numpy.linalg.norm(numpy.array(row["transform"])[:3, 3] - numpy.array(stock["transform"])[:3, 3])
+        error = f"{distance(row, result['reference']):.1f} mm" if result["reference"] else ""
         each = f"{row['ms'] / done:.2f} ms ({done})" if done else ""
         lines.append(
             f"| {method} | {row['ms']:.1f} ms | {stock['ms'] / row['ms']:.1f}x | {each} | {row['rmse']:.5f} m | "
-            f"{1e3 * apart:.2f} mm | {row['peak_mib']:.0f} MiB |"
+            f"{distance(row, stock['transform']):.2f} mm | {error} | {row['peak_mib']:.0f} MiB |"
         )
     lines += [f"\n{method} is absent: {why}" for method, why in result["absent"].items()]
     return "\n".join(lines)
@@ -220,8 +228,18 @@ def plot(results, converged, growth):
     figure.savefig(OUTPUT / "compare.png", dpi=110)
 
 
+def generalized(folder):
+    methods = [*GENERALIZED, *PEERS_GENERALIZED]
+    return ["### Generalized ICP, to convergence, covariances included\n"] + [
+        table(compare(pair, methods, ITERATIONS_AT_MOST, "converge", folder), None) + "\n" for pair in PAIRS]
+
+
 def main():
     OUTPUT.mkdir(parents=True, exist_ok=True)
+    if sys.argv[4:] == ["generalized"]:
+        with tempfile.TemporaryDirectory() as name:
+            (OUTPUT / "generalized.md").write_text("\n".join(generalized(pathlib.Path(name))))
+        return
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         results, converged, windows = [], [], []
@@ -233,6 +251,7 @@ def main():
             windows.append(compare(pair, [*OURS, PEERS[0]], ITERATIONS, "window", folder))
         print("growth", file=sys.stderr, flush=True)
         growth = grow(folder)
+        of_generalized = generalized(folder)
     record = {
         "date": datetime.date.today().isoformat(),
         "machine": platform.processor() or platform.machine(),
@@ -245,6 +264,7 @@ def main():
     (OUTPUT / "compare.json").write_text(json.dumps(record, indent=1))
     text = [f"### {ITERATIONS} point-to-point iterations\n"] + [table(result, ITERATIONS) + "\n" for result in results]
     text += ["### To convergence\n"] + [table(result, None) + "\n" for result in converged]
+    text += of_generalized
     text += ["### A moving window\n", window_table(windows), "\n### Growth\n", growth_table(growth)]
     (OUTPUT / "compare.md").write_text("\n".join(text))
     plot(results, converged, growth)

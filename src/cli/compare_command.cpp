@@ -14,6 +14,7 @@
 #include <pcl_gpu_icp/normal_estimator.h>
 
 #include <pcl/common/io.h>
+#include <pcl/registration/gicp.h>
 #include <pcl/registration/icp.h>
 #include <pcl/registration/transformation_estimation_point_to_plane_lls.h>
 
@@ -32,6 +33,17 @@ using PluginIcp = pcl_gpu_icp::IterativeClosestPoint<PointXYZ, PointXYZ>;
 template <typename PointT>
 struct StockIcp : pcl::IterativeClosestPoint<PointT, PointT> {
   int iterations() const { return this->nr_iterations_; }
+};
+
+/// It keeps no reason: it ends where the pose no longer changes, or at the limit.
+struct StockGeneralizedIcp : pcl::GeneralizedIterativeClosestPoint<PointXYZ, PointXYZ> {
+  int iterations() const { return this->nr_iterations_; }
+  Reason reason() const
+  {
+    return !this->hasConverged()                           ? Reason::NoCorrespondences
+           : this->nr_iterations_ >= this->max_iterations_ ? Reason::Iterations
+                                                           : Reason::Transform;
+  }
 };
 
 struct CompareOptions : AlignmentOptions {
@@ -111,6 +123,13 @@ report::Run runStock(const CloudPair& pair, const CompareOptions& options, const
     StockIcp<PointXYZ> icp;
     return runStock<PointXYZ>(icp, source, target, pair, options);
   }
+  if (options.metric == Metric::Generalized) {
+    StockGeneralizedIcp icp;
+    report::Run stock = run<PointXYZ>(icp, source, target, pair, options);
+    stock.reason = icp.reason();
+    stock.iterations = icp.iterations();
+    return stock;
+  }
   StockIcp<PointNormal> icp;
   icp.setTransformationEstimation(
       pcl::make_shared<pcl::registration::TransformationEstimationPointToPlaneLLS<PointNormal, PointNormal>>());
@@ -122,7 +141,7 @@ report::Run runStock(const CloudPair& pair, const CompareOptions& options, const
 /// them.
 StockProcess::Normals normalsOf(const CloudPair& pair, const CompareOptions& options, const Device& device)
 {
-  if (options.metric == Metric::Point)
+  if (options.metric != Metric::Plane)
     return {};
   NormalEstimator estimator(device, detail::precisionFor<float>(device));
   auto normals = estimator.estimate(search::pointsOf(*pair.source->points));

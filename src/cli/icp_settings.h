@@ -44,11 +44,7 @@ void applyPluginSettings(IterativeClosestPoint<PointT, PointT, Scalar>& icp,
   icp.setPipeline(options.pipeline);
   icp.setAndersonAcceleration(options.anderson);
   icp.setNumberOfThreads(options.threads);
-  if (options.metric == Metric::Plane) {
-    const auto planes = pcl::make_shared<TransformationEstimationPointToPlaneLLS<PointT, PointT, Scalar>>();
-    planes->setDevice(device);
-    icp.setTransformationEstimation(planes);
-  }
+  icp.setMetric(options.metric);
 }
 
 /// Throws what ended an alignment.

@@ -91,10 +91,10 @@ void addPairOptions(CLI::App& command, AlignmentOptions& options)
       command,
       "--metric",
       options.metric,
-      {{"point", Metric::Point}, {"plane", Metric::Plane}},
-      "what is made small: point, the distances between points (the default), or plane, those to the planes "
-      "through the target's points, whose normals are estimated from the 20 nearest: fewer iterations, on another "
-      "path");
+      {{"point", Metric::Point}, {"plane", Metric::Plane}, {"gicp", Metric::Generalized}},
+      "what is made small: point, the distances between points (the default); plane, those to the planes through the "
+      "target's points, whose normals are estimated from the 20 nearest; or gicp, both clouds' surfaces against each "
+      "other (Generalized ICP), the most exact on lidar: fewer iterations, on another path");
   addChoice(command,
             "--search",
             options.search,

@@ -16,7 +16,8 @@ class Manifests(BatchTest):
     def test_every_pair_gets_what_align_gives_it(self):
         rows = self.pairs(6)
         for arguments in ([], ["--search", "device"], ["--leaf", "0.6", "--iterations", "4"],
-                          ["--metric", "plane"], ["--metric", "plane", "--search", "device"], ["--reciprocal"]):
+                          ["--metric", "plane"], ["--metric", "plane", "--search", "device"], ["--metric", "gicp"],
+                          ["--metric", "gicp", "--search", "device"], ["--reciprocal"]):
             with self.subTest(arguments):
                 results, summary = self.batch(self.manifest(rows), *arguments, "--force")
                 self.assertEqual(self.transforms(results), self.aligned_alone(rows, *arguments))

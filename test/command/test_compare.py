@@ -62,6 +62,17 @@ class Compare(CommandTest):
             self.assertGreater(math.dist(*images), 2e-3, "the other metric has not got as far")
         self.assertIn("\nmetric      plane\n", self.succeed(*arguments, "--metric", "plane"))
 
+    def test_metric_gicp(self):
+        source = self.write("hills.pcd", pcd(sampled_surface(1500, seed=2)))
+        target = self.write("more_hills.pcd", pcd([moved(MOTION, point) for point in sampled_surface(3000, seed=1)]))
+        report = json.loads(self.succeed("compare", source, target, "--metric", "gicp", "--json", "-",
+                                         "--tolerance-degrees", "0.2", "--tolerance-distance", "0.01"))
+        self.assertEqual(report["metric"], "gicp")
+        for name in ("stock", "plugin"):
+            self.assertGreater(report[name]["iterations"], 1)
+            self.assertLess(math.dist(moved(report[name]["transform"], report["centroid"]),
+                                      moved(MOTION, report["centroid"])), 0.01)
+
     def test_stock_without_an_answer(self):
         """Where a plane leaves motions free stock's six equations are singular, and what follows from that ends PCL."""
         square = [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (1.0, 1.0, 0.0)]

@@ -110,7 +110,23 @@ class Options(CommandTest):
                 self.assert_maps(by_planes["transform"], hills, [moved(MOTION, point) for point in hills], 0.01)
         self.assertIn("normals", self.align(source, target, "--metric", "plane")["times_ms"])
         self.assertIn("\nmetric     plane\n", self.succeed("align", source, target, "--metric", "plane"))
-        self.fail_with(USAGE, "align", source, target, "--metric", "line", names=["--metric", "plane|point"])
+        self.fail_with(USAGE, "align", source, target, "--metric", "line", names=["--metric", "gicp|plane|point"])
+
+    def test_metric_gicp(self):
+        hills = sampled_surface(1500, seed=2)
+        source = self.write("hills.pcd", pcd(hills))
+        target = self.write("moved_hills.pcd", pcd([moved(MOTION, point) for point in sampled_surface(3000, seed=1)]))
+        ends = ["--translation-epsilon", "1e-4", "--rotation-epsilon", "0.01"]
+        by_points = self.align(source, target, *ends)
+        for more in ([], ["--search", "device"], ["--pipeline", "staged"], ["--trim", "0.999"], ["--anderson"],
+                     ["--reciprocal"]):
+            with self.subTest(more):
+                by_surfaces = self.align(source, target, *ends, "--metric", "gicp", *more)
+                self.assertEqual((by_surfaces["metric"], by_surfaces["degenerate"]), ("gicp", "none"))
+                self.assertLess(by_surfaces["iterations"], by_points["iterations"] / 2)
+                self.assert_maps(by_surfaces["transform"], hills, [moved(MOTION, point) for point in hills], 0.01)
+        self.assertIn("normals", self.align(source, target, "--metric", "gicp")["times_ms"])
+        self.assertIn("\nmetric     gicp\n", self.succeed("align", source, target, "--metric", "gicp"))
 
     def test_metric_plane_on_a_floor(self):
         floor = [(x, y, 0) for x, y, _ in POINTS]
