@@ -47,13 +47,13 @@ protected:
   IcpClasses() { pcl::transformPointCloudWithNormals(*bumps(2), *source_, Matrix4f(truth().inverse())); }
 
   template <typename Icp>
-  Matrix4f align(Icp& icp) const
+  Matrix4f align(Icp& icp, const Matrix4f& guess = Matrix4f::Identity()) const
   {
     icp.setInputSource(source_);
     icp.setInputTarget(target_);
     icp.setMaximumIterations(60);
     Cloud output;
-    icp.align(output);
+    icp.align(output, guess);
     EXPECT_TRUE(icp.hasConverged());
     return icp.getFinalTransformation();
   }
@@ -70,13 +70,17 @@ protected:
   const Cloud::Ptr source_{new Cloud}, target_ = bumps(1);
 };
 
-TEST_P(IcpClasses, NonLinearEndsWhereStockDoes)
+// Stock's optimiser stops short of the least squares that it looks for.
+TEST_P(IcpClasses, NonLinearEndsNoFartherThanStockAndWhereStockStays)
 {
   pcl::IterativeClosestPointNonLinear<PointNormal, PointNormal> stock;
   IterativeClosestPointNonLinear<PointNormal, PointNormal> ours;
   ours.setCorrespondenceSearch(GetParam());
   pcl::IterativeClosestPoint<PointNormal, PointNormal>& base = ours;
-  EXPECT_LT(apart(align(base), align(stock)), 2e-3);
+  const Matrix4f answer = align(base);
+  align(stock);
+  EXPECT_LE(ours.getFitnessScore(), stock.getFitnessScore());
+  EXPECT_LT(apart(align(stock, answer), answer), 2e-3);
   EXPECT_EQ(ours.getResult().metric, Metric::Point);
   EXPECT_GT(ours.getResult().device_bytes, 0U);
   EXPECT_GT(ours.getResult().device_times.size(), 0U);
