@@ -1,8 +1,8 @@
 """Runs every method on every pair of scans, interleaved, a process each: compare.py BINARIES SCANS OUTPUT [generalized].
 
-Then aligns generated surfaces of growing size. Writes OUTPUT/compare.json with every run, OUTPUT/compare.md with the tables
-of BENCHMARK.md, and OUTPUT/compare.png. With `generalized` it
-makes the tables of Generalized ICP alone, OUTPUT/generalized.md."""
+Then aligns generated surfaces of growing size. Writes OUTPUT/compare.json with every run but those of Generalized ICP,
+OUTPUT/compare.md with the tables of BENCHMARK.md, and OUTPUT/compare.png. With `generalized` it makes the tables of
+Generalized ICP alone, OUTPUT/generalized.md."""
 
 import datetime
 import json

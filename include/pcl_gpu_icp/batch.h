@@ -56,12 +56,12 @@ public:
   /// \param points of both clouds, as far as is known: what the pair is ordered by, and counted as in flight
   std::size_t add(std::size_t points, BatchPair pair) { return lanes_.add(points, std::move(pair)); }
 
-  /// For such a pair: runs an aligner, which has its clouds and settings, on the lane.
+  /// For such a pair: runs an aligner of any of the ICP classes, which has its clouds and settings, on the lane.
   /// \param with_fitness_score asks for getFitnessScore() as well
-  template <typename PointSource, typename PointTarget, typename Scalar>
+  template <typename PclIcp>
   static BatchResult align(DeviceLane& lane,
-                           IterativeClosestPoint<PointSource, PointTarget, Scalar>& icp,
-                           const Eigen::Matrix<Scalar, 4, 4>& guess = Eigen::Matrix<Scalar, 4, 4>::Identity(),
+                           DeviceIcp<PclIcp>& icp,
+                           const typename PclIcp::Matrix4& guess = PclIcp::Matrix4::Identity(),
                            bool with_fitness_score = false);
 
   std::size_t size() const { return lanes_.size(); }

@@ -51,8 +51,9 @@ public:
   void setPipeline(Pipeline pipeline);
   Pipeline getPipeline() const { return pipeline_; }
 
-  /// What is made small: Metric::Point by default. Plane is setTransformationEstimation() with a
-  /// pcl_gpu_icp::TransformationEstimationPointToPlaneLLS of default settings, and such an estimator is Plane.
+  /// What is made small: Metric::Point by default, but for the classes that are named after another one. Plane is
+  /// setTransformationEstimation() with a pcl_gpu_icp::TransformationEstimationPointToPlaneLLS of default settings, and
+  /// such an estimator is Plane.
   /// Generalized excludes a search method, a correspondence or a transformation estimation and a point representation
   /// of the caller's: align() then ends with an error.
   void setMetric(Metric metric);
@@ -124,11 +125,23 @@ protected:
   /// As pcl::IterativeClosestPoint::transformCloud, computed in double; in float where PCL's own bits are asked for.
   void transformCloud(const PointCloudSource& input, PointCloudSource& output, const Matrix4& transform) override;
 
+  /// Nobody has put another estimator in the place of the constructor's.
+  bool estimatesOnDevice() const
+  {
+    return this->Registration::transformation_estimation_ == default_transformation_estimation_;
+  }
+
 private:
   using NearestTargetTree = search::NearestKdTree<PointTarget>;
   using PlaneEstimation = TransformationEstimationPointToPlaneLLS<PointSource, PointTarget, Scalar>;
 
   using Criteria = ConvergenceCriteria<Scalar>;
+
+  /// What covariances were made of last.
+  struct KeptNormals {
+    TargetCache::NormalsOf of;
+    std::shared_ptr<const NormalEstimator::Normals> normals;
+  };
 
   // The steps of the loop.
   bool match(const RigidTransform& pose) override;
@@ -151,6 +164,7 @@ private:
   PointCovariances covariancesOf(const pcl::PointCloud<PointT>& cloud,
                                  const CovarianceSettings& settings,
                                  const PointCovariances& given,
+                                 KeptNormals& kept,
                                  const char* whose);
   void prepareCovariances();
   void prepareEstimator();
@@ -175,10 +189,6 @@ private:
   bool isGeneralized() const { return result_.metric == Metric::Generalized; }
   /// From listed pairs, where the metric is Point.
   bool usesEstimator() const { return estimatesOnDevice() && !increment_from_matching_ && !isGeneralized(); }
-  bool estimatesOnDevice() const
-  {
-    return this->Registration::transformation_estimation_ == default_transformation_estimation_;
-  }
   const Device& device();
   Points takingPart() const { return search::pointsOf(*this->input_, finite_indices_.get()); }
   bool usesAllPoints() const { return this->indices_->size() == this->input_->size(); }
@@ -208,7 +218,8 @@ private:
   CorrespondenceSearch matcher_search_{}; ///< what searches them,
   std::uint64_t matcher_normals_ =
       0; ///< and the fingerprint of the normals or covariances that it measures by; 0: none
-  std::shared_ptr<const NormalEstimator::Normals> target_normals_; ///< where they were estimated
+  std::shared_ptr<const NormalEstimator::Normals> target_normals_; ///< where they were estimated for point-to-plane
+  KeptNormals kept_source_normals_, kept_target_normals_;          ///< and where for GICP
   std::unique_ptr<Matcher> backward_matcher_; ///< from the target to the source, for reciprocal correspondences
   std::unique_ptr<RigidEstimator> estimator_; ///< where the increment comes from listed correspondences,
   std::uint64_t estimator_target_ = 0;        ///< and the fingerprint of its target points

@@ -42,9 +42,10 @@ struct DeviceLane {
   unsigned threads = 1;                 ///< host threads for an aligner that asks for no number
 
   std::unique_ptr<Matcher> matcher;
-  std::uint64_t matcher_target = 0;                               ///< fingerprint of the target that it holds; 0: none
-  std::uint64_t matcher_normals = 0;                              ///< and of its normals
-  std::shared_ptr<const NormalEstimator::Normals> target_normals; ///< where they were estimated
+  std::uint64_t matcher_target = 0;  ///< fingerprint of the target that it holds; 0: none
+  std::uint64_t matcher_normals = 0; ///< and of its normals or covariances
+  /// Where they were estimated; the source's for GICP. The next pair may be of these clouds again.
+  std::shared_ptr<const NormalEstimator::Normals> target_normals, source_normals;
   CorrespondenceSearch matcher_search{};
   std::unique_ptr<RigidEstimator> estimator;
 };

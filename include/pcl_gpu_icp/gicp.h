@@ -32,11 +32,16 @@ using PclGeneralizedIcp =
 /// - for each set of correspondences the cost is brought to its minimum (Gauss-Newton on the device's sums), where
 ///   BFGS stops at gradient tolerances: setMaximumOptimizerIterations(), setTranslationGradientTolerance() and
 ///   setRotationGradientTolerance() have nothing to limit;
+/// - covariances come from 3 to 32 neighbours; those that are given are held in float32, so that the least of a
+///   covariance should be no less than 1e-5 of its greatest;
 /// - points that coincide count once as neighbours, and points without a surface about them (on a line, too few) have a
 ///   covariance of the same size in every direction;
 /// - covariances of the caller's are one for each point of the cloud, also where setIndices() leaves some out;
 /// - a search method, a correspondence or a transformation estimation of the caller's ends align() with an error;
 /// - mahalanobis() is empty.
+///
+/// As in PCL's class, setEuclideanFitnessEpsilon(), setTransformationRotationEpsilon() and what getConvergeCriteria()
+/// has beyond the two epsilons have no effect. The default limit of 5 and epsilon of 5e-4 are in the clouds' unit.
 ///
 /// With PCL 1.12 Scalar can be float only.
 ///

@@ -9,8 +9,8 @@
 namespace pcl_gpu_icp {
 
 /// pcl::IterativeClosestPointWithNormals on an OpenCL device: Metric::Plane, with the target's normals. With
-/// setUseSymmetricObjective(true) PCL's own estimator makes the increments, on the host. Everything else as in
-/// pcl_gpu_icp::IterativeClosestPoint.
+/// setUseSymmetricObjective(true) PCL's own estimator makes the increments, on the host. setMetric() makes it one of
+/// the others. Everything else as in pcl_gpu_icp::IterativeClosestPoint.
 template <typename PointSource, typename PointTarget, typename Scalar = float>
 class IterativeClosestPointWithNormals
 : public DeviceIcp<pcl::IterativeClosestPointWithNormals<PointSource, PointTarget, Scalar>> {
@@ -30,7 +30,7 @@ protected:
     // setUseSymmetricObjective(false) installs PCL's.
     using PclPlanes = pcl::registration::TransformationEstimationPointToPlaneLLS<PointSource, PointTarget, Scalar>;
     const auto& estimation = *this->transformation_estimation_;
-    if (typeid(estimation) == typeid(PclPlanes))
+    if (!this->estimatesOnDevice() && typeid(estimation) == typeid(PclPlanes))
       this->setMetric(Metric::Plane);
     Base::computeTransformation(output, guess);
   }

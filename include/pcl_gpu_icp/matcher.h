@@ -12,7 +12,7 @@ namespace pcl_gpu_icp {
 struct Matches {
   std::size_t searched = 0;         ///< source points whose match had to be searched for
   double mean_squared_distance = 0; ///< over the matched points, before the increment
-  double mean_squared_residual = 0; ///< of what the increment makes small: the same, to planes, or Mahalanobis
+  double mean_squared_residual = 0; ///< of what the increment makes small: the same, to planes, or by information
   Estimate increment;               ///< takes the matched source points at the pose on to their target points
 };
 
@@ -55,11 +55,13 @@ public:
   /// Increments are point-to-plane (Low 2004) until the target is set anew. The normals are those of the target's
   /// points, one each in their order, or in the order of what the index was built of; their sign does not matter, and
   /// points whose normal is not finite take no part in the increment.
+  /// \throws InvalidArgument when there are fewer than points
   void setTargetNormals(const Points& normals);
 
   /// Increments are those of Generalized ICP (Segal, Haehnel and Thrun 2009) until the target is set anew. Each point's
   /// covariance is given as six floats, xx xy xz yy yz zz, one each in the order that normals are given in. The
   /// source's come after setSource(), and again whenever that is called.
+  /// \throws InvalidArgument when there are fewer than points, or none of the target yet
   void setTargetCovariances(const Points& covariances);
   void setSourceCovariances(const Points& covariances);
 
@@ -70,8 +72,9 @@ public:
   void setSource(const Points& source);
 
   /// Matches each source point that takes part, at `pose`, with the nearest target point that is at most so far.
+  /// \param with_increment false: the increment may be any, and what normals or covariances are set does not matter
   /// \throws InvalidArgument when the limit is negative or not a number
-  Matches match(const RigidTransform& pose, float max_squared_distance);
+  Matches match(const RigidTransform& pose, float max_squared_distance, bool with_increment = true);
 
   /// Mean squared distance of the last matches with the source at another pose; 0 when there are none.
   double meanSquaredDistance(const RigidTransform& pose);
@@ -80,9 +83,12 @@ public:
   /// the source at `pose`.
   std::vector<Correspondence> correspondences(const RigidTransform& pose) const;
 
-  /// The increment from some of the last matches, where covariances are set.
+  /// The increment from some of the last matches, where covariances are set, and what it makes small; the rest of the
+  /// result is empty.
+  /// \param kept one entry of correspondences() for each source point that is meant
   /// \param pose that they were matched at
-  Estimate estimate(const std::vector<Correspondence>& kept, const RigidTransform& pose);
+  /// \throws InvalidArgument when no covariances are set, or for a source point that there is not
+  Matches estimate(const std::vector<Correspondence>& kept, const RigidTransform& pose);
 
   /// The pivot that the source's coordinates are kept about on the device: where a rounded transform must be exact.
   const std::array<double, 3>& sourcePivot() const;

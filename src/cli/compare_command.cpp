@@ -35,8 +35,12 @@ struct StockIcp : pcl::IterativeClosestPoint<PointT, PointT> {
   int iterations() const { return this->nr_iterations_; }
 };
 
-/// It keeps no reason: it ends where the pose no longer changes, or at the limit.
+/// With ICP's default limit and the meaning of ICP's epsilons, as the plugin's run has. It keeps no reason: it ends
+/// where the pose no longer changes, or at the limit.
 struct StockGeneralizedIcp : pcl::GeneralizedIterativeClosestPoint<PointXYZ, PointXYZ> {
+  StockGeneralizedIcp() { setMaxCorrespondenceDistance(std::sqrt(std::numeric_limits<double>::max())); }
+  void setTransformationEpsilon(double squared) { transformation_epsilon_ = std::sqrt(squared); }
+  void setTransformationRotationEpsilon(double cosine) { setRotationEpsilon(std::acos(cosine)); }
   int iterations() const { return this->nr_iterations_; }
   Reason reason() const
   {
@@ -177,6 +181,9 @@ runPlugin(report::ComparisonReport& report, const CloudPair& pair, const Compare
 
 ExitCode compare(const CompareOptions& options)
 {
+  if (options.metric == Metric::Generalized && (options.trim || options.reciprocal))
+    throw Failure(ExitCode::Usage,
+                  "--metric gicp: stock PCL's ignores --trim and --reciprocal, so there is nothing to compare");
   std::unique_ptr<OutputFile> json;
   if (!options.json.empty() && options.json != "-")
     json = std::make_unique<OutputFile>("--json", options.json, options.force);

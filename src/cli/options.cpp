@@ -94,7 +94,7 @@ void addPairOptions(CLI::App& command, AlignmentOptions& options)
       {{"point", Metric::Point}, {"plane", Metric::Plane}, {"gicp", Metric::Generalized}},
       "what is made small: point, the distances between points (the default); plane, those to the planes through the "
       "target's points, whose normals are estimated from the 20 nearest; or gicp, both clouds' surfaces against each "
-      "other (Generalized ICP), the most exact on lidar: fewer iterations, on another path");
+      "other (Generalized ICP): fewer iterations, on another path");
   addChoice(command,
             "--search",
             options.search,

@@ -43,6 +43,19 @@ double squaredDistance(const std::array<double, 3>& a, const float* b)
   return sum;
 }
 
+/// \throws InvalidArgument when `count` values are not one for the point at that position of the caller's cloud
+void requireOneEach(std::int32_t position, std::size_t count, const char* values)
+{
+  if (static_cast<std::size_t>(position) >= count)
+    throw InvalidArgument(std::string("the ") + values + " are " + std::to_string(count) + ", and there is point " +
+                          std::to_string(position));
+}
+void requireOneEach(const std::vector<PlacedPoint>& points, std::size_t count, const char* values)
+{
+  for (const PlacedPoint& point : points)
+    requireOneEach(point.position, count, values);
+}
+
 /// A cloud as the device has it.
 struct Cloud {
   std::vector<PlacedPoint> points; ///< in the device's order
@@ -117,6 +130,20 @@ struct Matcher::Implementation {
         reaches[j + count] = std::sqrt(bound_sq);
       }
     });
+  }
+
+  /// Sets what increments are made by; where that fails it is the five stages again.
+  template <typename Set>
+  void measureBy(const Set& set)
+  {
+    system.emplace();
+    try {
+      set(*system);
+      system->setSource(source.points);
+    } catch (...) {
+      system.reset();
+      throw;
+    }
   }
 
   /// Puts the increment of normal equations in place of the five stages'.
@@ -269,17 +296,19 @@ void Matcher::setTarget(std::shared_ptr<const MatchTarget> target)
 void Matcher::setTargetNormals(const Points& normals)
 {
   Implementation& self = *implementation_;
-  self.system.emplace();
-  self.system->setNormals(self.queue, self.target->cloud.points, self.target->cloud.pivot, normals);
-  self.system->setSource(self.source.points);
+  const Cloud& target = self.target->cloud;
+  requireOneEach(target.points, normals.count, "normals");
+  self.measureBy([&](SystemIncrement& system) { system.setNormals(self.queue, target.points, target.pivot, normals); });
 }
 
 void Matcher::setTargetCovariances(const Points& covariances)
 {
   Implementation& self = *implementation_;
-  self.system.emplace();
-  self.system->setTargetCovariances(self.queue, self.target->cloud.points, self.target->cloud.pivot, covariances);
-  self.system->setSource(self.source.points);
+  const Cloud& target = self.target->cloud;
+  requireOneEach(target.points, covariances.count, "covariances of the target");
+  self.measureBy([&](SystemIncrement& system) {
+    system.setTargetCovariances(self.queue, target.points, target.pivot, covariances);
+  });
 }
 
 void Matcher::setSourceCovariances(const Points& covariances)
@@ -287,6 +316,8 @@ void Matcher::setSourceCovariances(const Points& covariances)
   Implementation& self = *implementation_;
   if (!self.system)
     throw InvalidArgument("covariances of the source come after those of the target");
+  for (const std::int32_t position : self.source_positions)
+    requireOneEach(position, covariances.count, "covariances of the source");
   std::vector<stages::Covariance> in_order(self.source.points.size());
   for (std::size_t i = 0; i < in_order.size(); ++i) {
     const std::int32_t position = self.source_positions[self.source.points[i].position];
@@ -313,7 +344,7 @@ void Matcher::setSource(const Points& source)
   self.stage.restart(self.queue, self.source_rows);
 }
 
-Matches Matcher::match(const RigidTransform& pose, float max_squared_distance)
+Matches Matcher::match(const RigidTransform& pose, float max_squared_distance, bool with_increment)
 {
   if (!(max_squared_distance >= 0))
     throw InvalidArgument("a squared distance within which to match is at least 0, not " +
@@ -343,7 +374,7 @@ Matches Matcher::match(const RigidTransform& pose, float max_squared_distance)
   else
     matches.increment.degeneracy = Degeneracy::Empty;
   matches.mean_squared_residual = matches.mean_squared_distance;
-  if (self.system && matches.increment.pairs > 0)
+  if (with_increment && self.system && matches.increment.pairs > 0)
     self.solveSystem(pivoted, matches);
   device_pose.completeIncrement(matches.increment);
   return matches;
@@ -383,18 +414,23 @@ std::vector<Correspondence> Matcher::correspondences(const RigidTransform& pose)
   return by_place;
 }
 
-Estimate Matcher::estimate(const std::vector<Correspondence>& kept, const RigidTransform& pose)
+Matches Matcher::estimate(const std::vector<Correspondence>& kept, const RigidTransform& pose)
 {
   Implementation& self = *implementation_;
-  if (!self.system)
+  if (!self.system || self.system->metric() != Metric::Generalized)
     throw InvalidArgument("an increment from some of the matches needs covariances");
   const DevicePose device_pose = self.onDevice(pose);
-  Estimate estimate;
+  Matches result;
+  Estimate& estimate = result.increment;
   estimate.degeneracy = Degeneracy::Empty;
   if (!kept.empty()) {
-    std::vector<char> is_kept(*std::max_element(self.source_positions.begin(), self.source_positions.end()) + 1);
-    for (const Correspondence& c : kept)
+    const auto last = std::max_element(self.source_positions.begin(), self.source_positions.end());
+    std::vector<char> is_kept(last == self.source_positions.end() ? 0 : *last + 1);
+    for (const Correspondence& c : kept) {
+      if (c.source < 0 || static_cast<std::size_t>(c.source) >= is_kept.size())
+        throw InvalidArgument("a correspondence names source point " + std::to_string(c.source) + ", which is none");
       is_kept[c.source] = 1;
+    }
     std::vector<cl_int> matches(self.source_rows.stride, -1);
     self.queue.download(self.stage.matches(), self.source.points.size() * sizeof(cl_int), [&](const void* memory) {
       for (std::size_t i = 0; i < self.source.points.size(); ++i)
@@ -407,9 +443,10 @@ Estimate Matcher::estimate(const std::vector<Correspondence>& kept, const RigidT
     estimate = self.system->estimate(
         self.queue, self.precision, self.source_rows, device_pose.pivoted(), self.kept_matches, self.target->on_device);
     estimate.pairs = kept.size();
+    result.mean_squared_residual = self.system->meanSquaredDistance();
   }
   device_pose.completeIncrement(estimate);
-  return estimate;
+  return result;
 }
 
 std::size_t Matcher::deviceBytes() const

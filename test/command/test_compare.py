@@ -3,7 +3,7 @@
 import json
 import math
 
-from command import NOT_CONVERGED, CommandTest, motion, moved, pcd, sampled_surface, surface
+from command import NOT_CONVERGED, USAGE, CommandTest, motion, moved, pcd, sampled_surface, surface
 
 POINTS = surface()
 MOTION = motion(3, (0.05, -0.08, 0.04))
@@ -68,6 +68,7 @@ class Compare(CommandTest):
         report = json.loads(self.succeed("compare", source, target, "--metric", "gicp", "--json", "-",
                                          "--tolerance-degrees", "0.2", "--tolerance-distance", "0.01"))
         self.assertEqual(report["metric"], "gicp")
+        self.fail_with(USAGE, "compare", source, target, "--metric", "gicp", "--trim", "0.9", names=["gicp", "--trim"])
         for name in ("stock", "plugin"):
             self.assertGreater(report[name]["iterations"], 1)
             self.assertLess(math.dist(moved(report[name]["transform"], report["centroid"]),

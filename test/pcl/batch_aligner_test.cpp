@@ -4,6 +4,7 @@
 #include "../rooms/watchdog.h"
 
 #include <pcl_gpu_icp/batch.h>
+#include <pcl_gpu_icp/gicp.h>
 #include <pcl_gpu_icp/transformation_estimation_point_to_plane_lls.h>
 
 #include <pcl/registration/correspondence_rejection_distance.h>
@@ -205,25 +206,30 @@ TEST(BatchAligner, OneTreeForAllLanesOfADevice)
 TEST(BatchAligner, NormalsOfASharedTargetAreEstimatedOnceAndScheduled)
 {
   const auto target = scenes::hills<Point>(1000, 3);
-  const auto configure = [](Icp& icp) {
-    icp.setTransformationEstimation(pcl::make_shared<TransformationEstimationPointToPlaneLLS<Point, Point>>());
-    icp.setMaximumIterations(5);
-  };
   std::vector<Pair> pairs;
   for (unsigned i = 0; i < 9; ++i)
     pairs.push_back({scenes::moved(*scenes::hills<Point>(300, 20 + i), scenes::smallMotion()), target});
-  BatchAligner batch;
-  BatchSettings settings;
-  settings.lanes = 3;
-  settings.schedule = std::make_shared<Schedule>();
-  batch.setSettings(settings);
-  for (const Pair& pair : pairs)
-    batch.add<Point, Point>(pair.source, pair.target, configure);
-  const auto results = batch.run();
-  for (std::size_t i = 0; i < results.size(); ++i)
-    expectSame(results[i], alignAlone(pairs[i], configure));
-  const auto spans = settings.schedule->spans();
-  EXPECT_EQ(std::count_if(spans.begin(), spans.end(), [](const auto& span) { return span.what == "normals"; }), 1);
+  for (const Metric metric : {Metric::Plane, Metric::Generalized}) {
+    SCOPED_TRACE(toString(metric));
+    const auto configure = [metric](Icp& icp) {
+      icp.setMetric(metric);
+      icp.setMaximumIterations(5);
+    };
+    BatchAligner batch;
+    BatchSettings settings;
+    settings.lanes = 3;
+    settings.schedule = std::make_shared<Schedule>();
+    batch.setSettings(settings);
+    for (const Pair& pair : pairs)
+      batch.add<Point, Point>(pair.source, pair.target, configure);
+    const auto results = batch.run();
+    for (std::size_t i = 0; i < results.size(); ++i)
+      expectSame(results[i], alignAlone(pairs[i], configure));
+    const auto spans = settings.schedule->spans();
+    const auto estimated =
+        std::count_if(spans.begin(), spans.end(), [](const auto& span) { return span.what == "normals"; });
+    EXPECT_EQ(estimated, metric == Metric::Plane ? 1 : 10) << "GICP's are of the nine sources as well";
+  }
 }
 
 TEST(BatchAligner, MixedSettingsOnTheSameLanes)
@@ -250,6 +256,33 @@ TEST(BatchAligner, MixedSettingsOnTheSameLanes)
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     SCOPED_TRACE("pair " + std::to_string(i));
     expectSame(results[i], alignAlone(pairs[i], configurations[i % configurations.size()]));
+  }
+}
+
+TEST(BatchAligner, OtherClassesGetTheAnswersTheyGetAlone)
+{
+  using Generalized = GeneralizedIterativeClosestPoint<Point, Point>;
+  const auto pairs = pairsOf(4);
+  BatchAligner batch;
+  for (const Pair& pair : pairs)
+    batch.add(1000, [&pair](DeviceLane& lane) {
+      Generalized icp;
+      icp.setInputSource(pair.source);
+      icp.setInputTarget(pair.target);
+      return BatchAligner::align(lane, icp);
+    });
+  const auto results = batch.run();
+  ASSERT_EQ(results.size(), pairs.size());
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    Generalized icp;
+    icp.setInputSource(pairs[i].source);
+    icp.setInputTarget(pairs[i].target);
+    Cloud output;
+    icp.align(output);
+    EXPECT_TRUE(icp.hasConverged());
+    EXPECT_EQ(toMatrix(results[i].transform), icp.getFinalTransformation());
+    EXPECT_EQ(results[i].alignment.iterations, icp.getResult().iterations);
+    EXPECT_EQ(results[i].alignment.metric, Metric::Generalized);
   }
 }
 

@@ -116,6 +116,23 @@ TEST_P(IcpClasses, SymmetricObjectiveIsPclsAndCanBeLeftAgain)
   EXPECT_EQ(align(ours), planes);
 }
 
+TEST_P(IcpClasses, EveryClassHasEveryMetric)
+{
+  const auto endsAs = [&](auto& icp) {
+    icp.setCorrespondenceSearch(GetParam());
+    for (const Metric metric : {Metric::Plane, Metric::Generalized, Metric::Point, Metric::Plane}) {
+      icp.setMetric(metric);
+      EXPECT_LT(apart(align(icp), truth()), 0.05);
+      EXPECT_EQ(icp.getResult().metric, metric);
+      EXPECT_EQ(icp.getMetric(), metric);
+    }
+  };
+  IterativeClosestPointNonLinear<PointNormal, PointNormal> non_linear;
+  IterativeClosestPointWithNormals<PointNormal, PointNormal> with_normals;
+  endsAs(non_linear);
+  endsAs(with_normals);
+}
+
 INSTANTIATE_TEST_SUITE_P(,
                          IcpClasses,
                          testing::Values(CorrespondenceSearch::PclKdTree, CorrespondenceSearch::DeviceKdTree),

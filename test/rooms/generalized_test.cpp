@@ -172,11 +172,13 @@ TEST_P(GeneralizedIncrement, OfSomeMatchesIsTheMinimumForThem)
     part.of_source.push_back(p.of_source[columns[i]]);
     part.of_target.push_back(p.of_target[columns[i]]);
   }
-  const Estimate found = matcher.estimate(kept, {});
+  const Estimate found = matcher.estimate(kept, {}).increment;
   EXPECT_EQ(found.pairs, kept.size());
   const Isometry3d expected = generalizedReferenceOf(part.source, part.target, part.of_source, part.of_target);
   EXPECT_LT(rmsDifference(isometryOf(found.transform), expected, p.source), tolerance());
-  EXPECT_EQ(matcher.estimate({}, {}).degeneracy, Degeneracy::Empty);
+  EXPECT_EQ(matcher.estimate({}, {}).increment.degeneracy, Degeneracy::Empty);
+  EXPECT_THROW(matcher.estimate({{static_cast<std::int32_t>(p.source.cols()), 0, 0}}, {}), InvalidArgument);
+  EXPECT_THROW(matcher.estimate({{-1, 0, 0}}, {}), InvalidArgument);
 }
 
 TEST_P(GeneralizedIncrement, CovariancesOfAnotherSourceAreNotUsed)
@@ -186,9 +188,14 @@ TEST_P(GeneralizedIncrement, CovariancesOfAnotherSourceAreNotUsed)
   EXPECT_THROW(matcher.setSourceCovariances(viewOfRows(inRows(p.of_source))), InvalidArgument);
   EXPECT_THROW(matcher.estimate({}, {}), InvalidArgument);
   matcher = matcherOf(p);
+  PointCovariances few = inRows(p.of_source);
+  few.pop_back();
+  EXPECT_THROW(matcher.setSourceCovariances(viewOfRows(few)), InvalidArgument);
+  EXPECT_THROW(matcher.setTargetCovariances(viewOfRows(few)), InvalidArgument);
   matcher.match({}, infinity);
   matcher.setSource(viewOf(p.source));
   EXPECT_THROW(matcher.match({}, infinity), InvalidArgument);
+  EXPECT_EQ(matcher.match({}, infinity, false).increment.pairs, 100U);
   matcher.setSourceCovariances(viewOfRows(inRows(p.of_source)));
   EXPECT_EQ(matcher.match({}, infinity).increment.pairs, 100U);
 }

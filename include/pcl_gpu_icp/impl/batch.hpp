@@ -25,17 +25,17 @@ std::size_t BatchAligner::add(const typename pcl::PointCloud<PointSource>::Const
   });
 }
 
-template <typename PointSource, typename PointTarget, typename Scalar>
+template <typename PclIcp>
 BatchResult BatchAligner::align(DeviceLane& lane,
-                                IterativeClosestPoint<PointSource, PointTarget, Scalar>& icp,
-                                const Eigen::Matrix<Scalar, 4, 4>& guess,
+                                DeviceIcp<PclIcp>& icp,
+                                const typename PclIcp::Matrix4& guess,
                                 bool with_fitness_score)
 {
   icp.enter(lane);
   icp.alignWithoutOutput(guess);
   BatchResult result;
   result.alignment = icp.getResult();
-  result.transform = detail::toRigidTransform<Scalar>(icp.getFinalTransformation());
+  result.transform = detail::toRigidTransform<typename PclIcp::Matrix4::Scalar>(icp.getFinalTransformation());
   if (with_fitness_score && result.alignment.reason != Reason::Error && result.alignment.reason != Reason::Cancelled) {
     const double fitness_score = icp.getFitnessScore();
     if (fitness_score < std::numeric_limits<double>::max())

@@ -71,6 +71,7 @@ void DeviceIcp<PclIcp>::setDevice(const Device& device)
   device_ = device;
   if (plane_estimation_)
     plane_estimation_->setDevice(device);
+  kept_source_normals_ = kept_target_normals_ = {};
   matcher_.reset();
   estimator_.reset();
 }
@@ -244,10 +245,9 @@ RigidTransform DeviceIcp<PclIcp>::estimateIncrement(const RigidTransform& pose)
     }
     return detail::toRigidTransform<Scalar>(this->transformation_);
   }
-  if (!increment_from_matching_) {
+  if (usesEstimator()) {
     const Stopwatch watch(result_.host_times, "estimate");
-    increment_ = isGeneralized() ? matcher_->estimate(matches_, pose)
-                                 : estimator_->estimate(matches_.data(), matches_.size(), pose);
+    increment_ = estimator_->estimate(matches_.data(), matches_.size(), pose);
   }
   result_.degeneracy = increment_.degeneracy;
   result_.free_motions = increment_.free_motions;
@@ -397,7 +397,7 @@ double DeviceIcp<PclIcp>::getFitnessScore(double max_range)
     return std::numeric_limits<double>::max();
   if (matcherHoldsTheClouds()) {
     const RigidTransform pose = detail::toRigidTransform<Scalar>(this->final_transformation_);
-    const Matches found = matcher_->match(pose, detail::floatAtMost(max_range));
+    const Matches found = matcher_->match(pose, detail::floatAtMost(max_range), false);
     return found.increment.pairs > 0 ? found.mean_squared_distance : std::numeric_limits<double>::max();
   }
   const bool every_point = !this->indices_ || this->fake_indices_;

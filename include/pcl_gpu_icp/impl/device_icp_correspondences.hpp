@@ -1,6 +1,6 @@
 #pragma once
 
-// How IterativeClosestPoint comes by the correspondences of an iteration: on the device, or by the caller's own search
+// How an ICP class comes by the correspondences of an iteration: on the device, or by the caller's own search
 // or estimation, and through the rejectors.
 #include <pcl_gpu_icp/device_icp.h>
 #include <pcl_gpu_icp/impl/device_icp_preparation.hpp>
@@ -56,6 +56,11 @@ bool DeviceIcp<PclIcp>::match(const RigidTransform& pose)
     mean_squared_distance_ = detail::meanSquare(*this->correspondences_);
     if (!increment_from_matching_)
       mean_squared_residual_ = mean_squared_distance_;
+    if (isGeneralized() && !increment_from_matching_) {
+      const Matches kept = matcher_->estimate(matches_, pose);
+      increment_ = kept.increment;
+      mean_squared_residual_ = kept.mean_squared_residual;
+    }
   }
   if (auto* own = dynamic_cast<Criteria*>(this->convergence_criteria_.get()))
     own->setMeanSquaredDistance(mean_squared_distance_);
@@ -90,7 +95,8 @@ double DeviceIcp<PclIcp>::truncatedMean(std::size_t matched, double mean_square)
 template <typename PclIcp>
 void DeviceIcp<PclIcp>::matchOnDevice(const RigidTransform& pose)
 {
-  const Matches found = matcher_->match(pose, detail::squaredLimit(this->corr_dist_threshold_));
+  const Matches found =
+      matcher_->match(pose, detail::squaredLimit(this->corr_dist_threshold_), increment_from_matching_);
   searched_ += found.searched;
   increment_ = found.increment;
   matched_ = increment_.pairs;

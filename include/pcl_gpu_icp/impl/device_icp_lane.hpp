@@ -1,6 +1,6 @@
 #pragma once
 
-// IterativeClosestPoint on a lane of a batch.
+// An ICP class on a lane of a batch.
 #include <pcl_gpu_icp/device_icp.h>
 #include <pcl_gpu_icp/device_lane.h>
 
@@ -43,11 +43,19 @@ void DeviceIcp<PclIcp>::leave(DeviceLane& lane)
   lane.matcher_search = matcher_search_;
   lane.matcher_target = usable ? matcher_target_ : 0;
   lane.matcher_normals = usable ? matcher_normals_ : 0;
-  lane.target_normals = std::move(target_normals_);
+  lane.target_normals = target_normals_ ? std::move(target_normals_) : std::move(kept_target_normals_.normals);
+  lane.source_normals = std::move(kept_source_normals_.normals);
+  target_normals_.reset();
+  kept_source_normals_ = kept_target_normals_ = {};
   lane.estimator = usable ? std::move(estimator_) : nullptr;
   matcher_.reset();
   estimator_.reset();
   device_ = std::exchange(device_outside_, std::nullopt);
+  // Its device was the lane's.
+  const bool measures_planes = plane_estimation_ && this->Registration::transformation_estimation_ == plane_estimation_;
+  plane_estimation_.reset();
+  if (measures_planes)
+    setMetric(Metric::Plane);
   threads_ = threads_outside_;
 }
 

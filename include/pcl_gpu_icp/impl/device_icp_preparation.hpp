@@ -1,6 +1,6 @@
 #pragma once
 
-// What IterativeClosestPoint does once, before its first iteration.
+// What an ICP class does once, before its first iteration.
 #include <pcl_gpu_icp/device_icp.h>
 #include <pcl_gpu_icp/error.h>
 #include <pcl_gpu_icp/impl/matrix.hpp>
@@ -11,6 +11,8 @@
 
 #include <cmath>
 #include <limits>
+#include <numeric>
+#include <tuple>
 
 namespace pcl_gpu_icp {
 
@@ -91,7 +93,9 @@ bool DeviceIcp<PclIcp>::usesDefaultSearch() const
 {
   return this->correspondence_estimation_ == default_correspondence_estimation_ && this->tree_ == nearest_tree_ &&
          nearest_tree_->index() &&
-         (!this->use_reciprocal_correspondence_ || this->tree_reciprocal_ == default_reciprocal_tree_);
+         // GICP would take the source's covariances from it.
+         (!(this->use_reciprocal_correspondence_ || generalized_) ||
+          this->tree_reciprocal_ == default_reciprocal_tree_);
 }
 
 template <typename PclIcp>
@@ -165,10 +169,13 @@ void DeviceIcp<PclIcp>::prepareMatchingOnDevice()
   {
     const Stopwatch watch(result_.host_times, "pack");
     matcher_->setSource(takingPart());
-    matched_source_ = search::fingerprintOf(takingPart());
   }
   if (isGeneralized())
     prepareCovariances();
+  {
+    const Stopwatch watch(result_.host_times, "pack");
+    matched_source_ = search::fingerprintOf(takingPart());
+  }
   if (this->use_reciprocal_correspondence_) {
     if (!backward_matcher_)
       backward_matcher_ = make();
@@ -223,15 +230,23 @@ template <typename PointT>
 PointCovariances DeviceIcp<PclIcp>::covariancesOf(const pcl::PointCloud<PointT>& cloud,
                                                   const CovarianceSettings& settings,
                                                   const PointCovariances& given,
+                                                  KeptNormals& kept,
                                                   const char* whose)
 {
   if (given.empty()) {
     const Points points = search::pointsOf(cloud);
-    return surfaceCovariances(*normalsOf(points, search::fingerprintOf(points), settings.neighbours), settings.epsilon);
+    const TargetCache::NormalsOf of{
+        search::fingerprintOf(points), settings.neighbours, detail::precisionFor<Scalar>(device())};
+    if (!kept.normals || kept.of != of)
+      kept = {of, normalsOf(points, std::get<0>(of), settings.neighbours)};
+    return surfaceCovariances(*kept.normals, settings.epsilon);
   }
   if (given.size() < cloud.size())
     throw InvalidArgument(std::string("the covariances of the ") + whose + " are " + std::to_string(given.size()) +
                           ", its points " + std::to_string(cloud.size()));
+  for (std::size_t i = 0; i < given.size(); ++i)
+    if (!std::isfinite(std::accumulate(given[i].begin(), given[i].end(), 0.0F)))
+      throw InvalidArgument(std::string("covariance ") + std::to_string(i) + " of the " + whose + " is not finite");
   return given;
 }
 
@@ -243,7 +258,8 @@ void DeviceIcp<PclIcp>::prepareCovariances()
   const auto view = [](const PointCovariances& covariances, int first) {
     return Points{covariances.data()->data() + first, covariances.size(), sizeof(PointCovariances::value_type)};
   };
-  const PointCovariances of_target = covariancesOf(*this->target_, settings, settings.of_target, "target");
+  const PointCovariances of_target =
+      covariancesOf(*this->target_, settings, settings.of_target, kept_target_normals_, "target");
   const std::uint64_t fingerprint =
       1 + search::fingerprintOf(view(of_target, 0)) + 3 * search::fingerprintOf(view(of_target, 3));
   if (matcher_normals_ != fingerprint) {
@@ -251,7 +267,8 @@ void DeviceIcp<PclIcp>::prepareCovariances()
     matcher_->setTargetCovariances(view(of_target, 0));
     matcher_normals_ = fingerprint;
   }
-  const PointCovariances of_source = covariancesOf(*this->input_, settings, settings.of_source, "source");
+  const PointCovariances of_source =
+      covariancesOf(*this->input_, settings, settings.of_source, kept_source_normals_, "source");
   matcher_->setSourceCovariances(view(of_source, 0));
 }
 
