@@ -49,8 +49,9 @@ public:
                     const opencl::Buffer& matches,
                     const stages::TargetPoints& target);
 
-  /// Of the last estimate's pairs, at the pose, in the clouds' unit squared: the mean square of the distance from source
-  /// point to plane (over those with a normal), or the squared distances' mean weighed by the pairs' information.
+  /// Of the last estimate's pairs, at the pose, in the clouds' unit squared: the mean square of the distance from
+  /// source point to plane (over those with a normal), or the squared distances' mean weighed by the pairs'
+  /// information.
   double meanSquaredDistance() const { return mean_squared_distance_; }
 
 private:
