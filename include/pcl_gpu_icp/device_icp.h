@@ -150,6 +150,7 @@ private:
   bool finished(const RigidTransform& increment, const RigidTransform& pose) override;
 
   bool canStart();
+  std::optional<pcl::index_t> strayIndex() const;
   bool indicesAreValid();
   void endBeforeTheStart(const std::string& why);
   std::string whyTooFewMatched() const;

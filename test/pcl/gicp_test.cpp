@@ -306,6 +306,14 @@ TEST_P(Generalized, LimitAndGuessAndIndicesKeepPclsMeaning)
   EXPECT_EQ(icp_.getResult().source_points, source_->size());
 }
 
+TEST_P(Generalized, IndicesThatAreNoneAreReadByNobody)
+{
+  icp_.setIndices(pcl::make_shared<pcl::Indices>(pcl::Indices{0, 99999}));
+  align(icp_, source_, target_);
+  EXPECT_FALSE(icp_.hasConverged());
+  EXPECT_EQ(icp_.getFitnessScore(), std::numeric_limits<double>::max());
+}
+
 TEST_P(Generalized, RejectorsAndReciprocityAreHonoured)
 {
   // A third of the source is a lump that belongs nowhere.

@@ -180,18 +180,24 @@ bool DeviceIcp<PclIcp>::canStart()
 }
 
 template <typename PclIcp>
-bool DeviceIcp<PclIcp>::indicesAreValid()
+std::optional<pcl::index_t> DeviceIcp<PclIcp>::strayIndex() const
 {
-  if (!this->indices_)
-    return true;
+  if (!this->indices_ || this->fake_indices_)
+    return std::nullopt;
   const auto count = static_cast<std::ptrdiff_t>(this->input_->size());
   const auto stray = std::find_if(
       this->indices_->begin(), this->indices_->end(), [&](auto index) { return index < 0 || index >= count; });
-  if (this->fake_indices_ || stray == this->indices_->end())
-    return true;
-  endBeforeTheStart("index " + std::to_string(*stray) + " of setIndices() is outside of the source's " +
-                    std::to_string(count) + " points");
-  return false;
+  return stray == this->indices_->end() ? std::nullopt : std::optional(*stray);
+}
+
+template <typename PclIcp>
+bool DeviceIcp<PclIcp>::indicesAreValid()
+{
+  const auto stray = strayIndex();
+  if (stray)
+    endBeforeTheStart("index " + std::to_string(*stray) + " of setIndices() is outside of the source's " +
+                      std::to_string(this->input_->size()) + " points");
+  return !stray;
 }
 
 template <typename PclIcp>
@@ -393,7 +399,7 @@ bool DeviceIcp<PclIcp>::matcherHoldsTheClouds() const
 template <typename PclIcp>
 double DeviceIcp<PclIcp>::getFitnessScore(double max_range)
 {
-  if (!this->input_ || !this->target_ || !(max_range >= 0))
+  if (!this->input_ || !this->target_ || !(max_range >= 0) || strayIndex())
     return std::numeric_limits<double>::max();
   if (matcherHoldsTheClouds()) {
     const RigidTransform pose = detail::toRigidTransform<Scalar>(this->final_transformation_);
