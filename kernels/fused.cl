@@ -59,6 +59,8 @@ kernel void fused_sums(global const float* restrict pairs, uint stride, uint n, 
 
 #else
 
+#include "group_sum.h"
+
 // One work-group of WORK_GROUP_SIZE (a power of two) per block.
 kernel void fused_sums(global const float* restrict pairs, uint stride, uint n, global real* restrict partials)
 {
@@ -79,18 +81,8 @@ kernel void fused_sums(global const float* restrict pairs, uint stride, uint n, 
         sums[6 + 3 * a + b] += p[a] * q[b];
     }
   }
-  for (uint s = 0; s < SUMS_PER_BLOCK; ++s) {
-    scratch[lane] = sums[s];
-    barrier(CLK_LOCAL_MEM_FENCE);
-    for (uint half_size = WORK_GROUP_SIZE / 2; half_size > 0; half_size /= 2) {
-      if (lane < half_size)
-        scratch[lane] += scratch[lane + half_size];
-      barrier(CLK_LOCAL_MEM_FENCE);
-    }
-    if (lane == 0)
-      partials[block * SUMS_PER_BLOCK + s] = scratch[0];
-    barrier(CLK_LOCAL_MEM_FENCE);
-  }
+  for (uint s = 0; s < SUMS_PER_BLOCK; ++s)
+    sum_over_group(sums[s], scratch, partials + block * SUMS_PER_BLOCK + s);
 }
 
 #endif

@@ -41,16 +41,22 @@ static inline float16 squared_distance(Points a, Points b)
   return x * x + y * y + z * z;
 }
 
-// Adds 16 pairs to the sums; those that are not `matched` count as zero.
-static inline void add_pairs(real_lanes* sums, Points p, Points q, float16 distances_sq, int16 matched)
+// 16 pairs as rows x, y, z of p and of q; those that are not `matched` are zero.
+static inline void store_pairs(Points p, Points q, int16 matched, float (*rows)[16])
 {
-  float rows[PAIR_ROWS + 1][16];
   vstore16(select((float16)(0), p.x, matched), 0, rows[0]);
   vstore16(select((float16)(0), p.y, matched), 0, rows[1]);
   vstore16(select((float16)(0), p.z, matched), 0, rows[2]);
   vstore16(select((float16)(0), q.x, matched), 0, rows[3]);
   vstore16(select((float16)(0), q.y, matched), 0, rows[4]);
   vstore16(select((float16)(0), q.z, matched), 0, rows[5]);
+}
+
+// Adds 16 pairs to the sums; those that are not `matched` count as zero.
+static inline void add_pairs(real_lanes* sums, Points p, Points q, float16 distances_sq, int16 matched)
+{
+  float rows[PAIR_ROWS + 1][16];
+  store_pairs(p, q, matched, rows);
   vstore16(select((float16)(0), distances_sq, matched), 0, rows[6]);
   for (int part = 0; part < 16; part += LANES) {
     real_lanes row[PAIR_ROWS + 1];

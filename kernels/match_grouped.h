@@ -3,6 +3,8 @@
 #ifndef PCL_GPU_ICP_MATCH_GROUPED_H
 #define PCL_GPU_ICP_MATCH_GROUPED_H
 
+#include "group_sum.h"
+
 #pragma OPENCL FP_CONTRACT ON
 
 // pose: 12 of 16 floats, rows of [R | t], from the source's frame to the target's
@@ -50,18 +52,8 @@ static inline void write_total(const Total* total,
                                global uint2* restrict tallies)
 {
   const uint item = get_local_id(0);
-  for (int s = 0; s < SUMS_PER_BLOCK; ++s) {
-    sums[item] = total->sums[s];
-    barrier(CLK_LOCAL_MEM_FENCE);
-    for (uint half_size = WORK_GROUP_SIZE / 2; half_size > 0; half_size /= 2) {
-      if (item < half_size)
-        sums[item] += sums[item + half_size];
-      barrier(CLK_LOCAL_MEM_FENCE);
-    }
-    if (item == 0)
-      partials[get_block() * SUMS_PER_BLOCK + s] = sums[0];
-    barrier(CLK_LOCAL_MEM_FENCE);
-  }
+  for (int s = 0; s < SUMS_PER_BLOCK; ++s)
+    sum_over_group(total->sums[s], sums, partials + get_block() * SUMS_PER_BLOCK + s);
   if (item == 0)
     tally[0] = tally[1] = 0;
   barrier(CLK_LOCAL_MEM_FENCE);

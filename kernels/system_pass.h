@@ -45,12 +45,7 @@ kernel void system_sums(global const float* source_points,
     const int16 match = vload16(0, matches + i);
     const int16 matched = match >= 0;
     const Points p = moved(&source, i, pose), q = gathered(leaves, match);
-    vstore16(select((float16)(0), p.x, matched), 0, rows[0]);
-    vstore16(select((float16)(0), p.y, matched), 0, rows[1]);
-    vstore16(select((float16)(0), p.z, matched), 0, rows[2]);
-    vstore16(select((float16)(0), q.x, matched), 0, rows[3]);
-    vstore16(select((float16)(0), q.y, matched), 0, rows[4]);
-    vstore16(select((float16)(0), q.z, matched), 0, rows[5]);
+    store_pairs(p, q, matched, rows);
     vstore16(match, 0, positions);
     load_own(rows + POINT_ROWS, &own, i, positions);
     for (int part = 0; part < PAIRS_AT_ONCE; part += LANES) {
@@ -76,18 +71,9 @@ kernel void system_sums(global const float* source_points,
       row[r] = rows[r][0];
     add_rows(sums, row, centre, turn);
   }
-  for (int s = 0; s < SYSTEM_SUMS_ROWS * SUMS_PER_BLOCK; ++s) {
-    scratch[item] = sums[s];
-    barrier(CLK_LOCAL_MEM_FENCE);
-    for (uint half_size = WORK_GROUP_SIZE / 2; half_size > 0; half_size /= 2) {
-      if (item < half_size)
-        scratch[item] += scratch[item + half_size];
-      barrier(CLK_LOCAL_MEM_FENCE);
-    }
-    if (item == 0)
-      partials[(s / SUMS_PER_BLOCK * blocks + block) * SUMS_PER_BLOCK + s % SUMS_PER_BLOCK] = scratch[0];
-    barrier(CLK_LOCAL_MEM_FENCE);
-  }
+  for (int s = 0; s < SYSTEM_SUMS_ROWS * SUMS_PER_BLOCK; ++s)
+    sum_over_group(
+        sums[s], scratch, partials + (s / SUMS_PER_BLOCK * blocks + block) * SUMS_PER_BLOCK + s % SUMS_PER_BLOCK);
 #endif
 }
 

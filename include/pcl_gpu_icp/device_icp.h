@@ -241,7 +241,7 @@ private:
   std::size_t matched_ = 0;                     ///< correspondences of this iteration,
   double mean_squared_distance_ = 0;            ///< of these,
   double mean_squared_residual_ = 0;            ///< of these, of what the increment makes small,
-  Estimate increment_;                          ///< from these, when increment_from_matching_,
+  Estimate increment_;                          ///< from these, where the caller's estimator does not make it,
   std::vector<Correspondence> matches_;         ///< and their list, when lists_correspondences_
   std::size_t found_ = 0;                       ///< correspondences of this iteration before rejection,
   double mean_squared_found_ = 0;               ///< the mean squared distance of these,
