@@ -156,7 +156,7 @@ public:
                         report::format("; %zu of %zu pairs left; --resume goes on", report.left(), report.pairs));
     if (!report.unsuccessful.empty())
       throw Failure(ExitCode::NotConverged,
-                    report::format("of %zu pairs %zu failed and %zu did not converge",
+                    report::format("of %zu pairs %zu failed and %zu have no answer",
                                    report.pairs,
                                    report.failed(),
                                    report.notConverged()) +

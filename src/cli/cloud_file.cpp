@@ -77,7 +77,11 @@ Cloud parseCloud(const std::string& path, std::string_view content)
 Warnings checkWritable(const Cloud& cloud, const std::string& path)
 {
   if (formatOf(path) == CloudFormat::Ply) {
-    plyHeader(cloud);
+    try {
+      plyHeader(cloud);
+    } catch (const Failure& failure) {
+      throw Failure(failure.code(), path + ": " + failure.what());
+    }
     const auto& fields = cloud.data.fields;
     const bool has_padding = std::any_of(
         fields.begin(), fields.end(), [](const pcl::PCLPointField& field) { return field.name == padding; });

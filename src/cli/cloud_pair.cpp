@@ -2,6 +2,7 @@
 
 #include "cli/guess.h"
 
+#include "report/format.h"
 #include "report/verdict.h"
 
 #include <pcl_gpu_icp/search/nearest_index.h>
@@ -9,6 +10,7 @@
 
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <utility>
 
 namespace pcl_gpu_icp::cli {
@@ -26,6 +28,20 @@ double nearestDistance(const CloudPair& pair, const RigidTransform& transform)
     least_sq = std::min(least_sq, target.nearest(query).squared_distance);
   }
   return std::sqrt(least_sq);
+}
+
+/// Says where a guess's rotation is not taken as it was written.
+std::optional<std::string> fewDigits(const RigidTransform& guess, const std::string& argument)
+{
+  constexpr double plainly_off = 1e-5; // radians; what seven digits leave is no news
+  const RigidTransform taken = nearestRigid(guess, {0, 0, 0});
+  double off = 0;
+  for (std::size_t i = 0; i < guess.rotation.size(); ++i)
+    off = std::max(off, std::abs(taken.rotation[i] - guess.rotation[i]));
+  if (off <= plainly_off)
+    return std::nullopt;
+  return "--guess" + (namesFile(argument) ? " " + argument : "") +
+         report::format(": written with few digits; the nearest rotation is taken, whose entries differ by up to %.1g", off);
 }
 
 } // namespace
@@ -73,6 +89,9 @@ CloudPair readPair(const AlignmentOptions& options, const ReadPrepared& prepared
   const RigidTransform guess = options.guess ? readGuess(*options.guess) : RigidTransform();
   auto source = prepared(options.source);
   CloudPair pair(std::move(source), prepared(options.target), guess);
+  if (options.guess)
+    if (const auto warning = fewDigits(guess, *options.guess))
+      pair.warnings.push_back(*warning);
   append(pair.warnings, pair.source->warnings);
   if (options.target != options.source)
     append(pair.warnings, pair.target->warnings);

@@ -222,7 +222,7 @@ ExitCode compare(const CompareOptions& options)
     throw Failure(ExitCode::NotConverged, options.source + " onto " + options.target + ": " + why);
   };
   if (!report.plugin.converged)
-    fail("pcl_gpu_icp: " + verdictText(alignment) + "; " + stockText(report));
+    fail("ours: " + verdictText(alignment) + "; " + stockText(report));
   if (!report.stock || !report.stock->converged)
     fail(stockText(report));
   if (!report.agree())

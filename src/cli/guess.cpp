@@ -5,7 +5,7 @@
 
 #include "report/format.h"
 
-#include <Eigen/LU>
+#include <Eigen/Geometry>
 
 #include <algorithm>
 #include <cmath>
@@ -85,6 +85,21 @@ void checkRotation(const Rotation& rotation)
                                              rigid_tolerance));
 }
 
+/// \param m x y z qx qy qz qw, as ROS and TUM's trajectories order them
+RigidTransform fromQuaternion(const std::vector<double>& m)
+{
+  Eigen::Quaterniond quaternion(m[6], m[3], m[4], m[5]);
+  const double square = quaternion.squaredNorm();
+  if (!(std::abs(square - 1) <= rigid_tolerance))
+    throw std::invalid_argument(
+        report::format("its quaternion (qx qy qz qw, the last four) has the length %.9g, not 1", std::sqrt(square)));
+  quaternion.normalize();
+  RigidTransform guess;
+  Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(guess.rotation.data()) = quaternion.toRotationMatrix();
+  std::copy_n(m.begin(), 3, guess.translation.begin());
+  return guess;
+}
+
 } // namespace
 
 std::vector<std::string> joinGuess(std::vector<std::string> arguments)
@@ -114,9 +129,12 @@ bool namesFile(const std::string& argument)
 RigidTransform parseGuess(std::string_view text)
 {
   const std::vector<double> m = numbersOf(withoutByteOrderMark(text));
+  if (m.size() == 7)
+    return fromQuaternion(m);
   if (m.size() != 16 && m.size() != 12)
     throw std::invalid_argument(std::to_string(m.size()) +
-                                " numbers where a 4x4 matrix has 16, or 12 without its last row");
+                                " numbers where a 4x4 matrix has 16, or 12 without its last row, and a position with "
+                                "a quaternion (x y z qx qy qz qw) 7");
   if (m.size() == 16)
     checkLastRow(m);
   RigidTransform guess;

@@ -40,7 +40,7 @@ void addPairOptions(CLI::App& command, AlignmentOptions& options)
 {
   command
       .add_option(
-          "--guess", options.guess, "initial transform, 4x4 or its first three rows, row by row: a file or the numbers")
+          "--guess", options.guess, "initial transform: a 4x4 matrix or its first three rows, row by row, or x y z qx qy qz qw; a file or the numbers")
       ->type_name("FILE|NUMBERS");
   command
       .add_option("--max-distance", options.max_distance, "ignore correspondences farther apart (default: no limit)")

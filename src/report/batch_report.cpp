@@ -51,7 +51,7 @@ std::string toText(const BatchReport& report)
   std::string text = format("pairs      %zu: %zu converged, ", report.pairs, report.converged);
   if (report.at_limit > 0)
     text += format("%zu at the limit, ", report.at_limit);
-  text += format("%zu did not converge, %zu failed", report.notConverged(), report.failed());
+  text += format("%zu without an answer, %zu failed", report.notConverged(), report.failed());
   if (report.left() > 0)
     text += format(", %zu left", report.left());
   text += report.kept > 0 ? format(" (%zu were there already)\n", report.kept) : "\n";

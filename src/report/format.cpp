@@ -18,4 +18,9 @@ std::string format(const char* pattern, ...)
   return text;
 }
 
+std::string counted(std::size_t count, const char* what)
+{
+  return format("%zu %s%s", count, what, count == 1 ? "" : "s");
+}
+
 } // namespace pcl_gpu_icp::report

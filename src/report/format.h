@@ -1,10 +1,14 @@
 #pragma once
 
+#include <cstddef>
 #include <string>
 
 namespace pcl_gpu_icp::report {
 
 /// printf into a string.
 std::string format(const char* pattern, ...) __attribute__((format(printf, 1, 2)));
+
+/// "1 iteration", "2 iterations".
+std::string counted(std::size_t count, const char* what);
 
 } // namespace pcl_gpu_icp::report

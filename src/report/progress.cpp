@@ -16,14 +16,14 @@ std::string durationText(double seconds)
   return hours > 0 ? format("%lu:%02lu:%02lu", hours, minutes, whole % 60) : format("%lu:%02lu", minutes, whole % 60);
 }
 
-std::string counted(const Progress& progress) { return format("%zu/%zu", progress.done, progress.pairs); }
+std::string ofAll(const Progress& progress) { return format("%zu/%zu", progress.done, progress.pairs); }
 
 } // namespace
 
 std::string barText(const Progress& progress)
 {
   const std::size_t filled = progress.pairs > 0 ? bar_width * progress.done / progress.pairs : bar_width;
-  std::string text = "[" + std::string(filled, '#') + std::string(bar_width - filled, '.') + "] " + counted(progress);
+  std::string text = "[" + std::string(filled, '#') + std::string(bar_width - filled, '.') + "] " + ofAll(progress);
   if (progress.unsuccessful > 0)
     text += format(", %zu without success", progress.unsuccessful);
   if (progress.aligned > 0 && progress.seconds > 0) {
@@ -39,7 +39,7 @@ std::string outcomeText(const PairOutcome& outcome)
   switch (outcome.status) {
   case PairStatus::Converged:
   case PairStatus::AtLimit:
-    return std::string(toString(outcome.status)) + format(", %d iterations", outcome.iterations) +
+    return std::string(toString(outcome.status)) + ", " + counted(static_cast<std::size_t>(outcome.iterations), "iteration") +
            (outcome.rmse ? format(", RMSE %.6g", *outcome.rmse) : "");
   case PairStatus::NotConverged:
     return outcome.why;
@@ -51,7 +51,7 @@ std::string outcomeText(const PairOutcome& outcome)
 
 std::string lineText(const Progress& progress, const PairIdentity& identity, const PairOutcome& outcome)
 {
-  return counted(progress) + " " + identity.source + " onto " + identity.target + ": " + outcomeText(outcome) + "\n";
+  return ofAll(progress) + " " + identity.source + " onto " + identity.target + ": " + outcomeText(outcome) + "\n";
 }
 
 } // namespace pcl_gpu_icp::report

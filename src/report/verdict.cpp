@@ -17,28 +17,26 @@ bool isTooCoarse(const PointCounts& points) { return points.downsampled > points
 std::string howItEnded(const AlignmentReport& report)
 {
   const AlignmentResult& result = report.result;
+  const std::string iterations = counted(static_cast<std::size_t>(result.iterations), "iteration");
   switch (result.reason) {
   case Reason::Iterations:
-    return result.iterations < report.iteration_limit
-               ? format("stopped after %d iterations, which repeat themselves", result.iterations)
-               : format("stopped at the limit of %d iterations", result.iterations);
+    return result.iterations < report.iteration_limit ? "stopped after " + iterations + ", which repeat themselves"
+                                                      : "stopped at the limit of " + iterations;
   case Reason::Transform:
-    return format("converged after %d iterations: the last one moved by less than the epsilons", result.iterations);
+    return "converged after " + iterations + ": the last one moved by less than the epsilons";
   case Reason::AbsoluteMse:
-    return format("converged after %d iterations: the mean squared distance no longer changes", result.iterations);
+    return "converged after " + iterations + ": the mean squared distance no longer changes";
   case Reason::RelativeMse:
-    return format("converged after %d iterations: the mean squared distance changes by less than the epsilon",
-                  result.iterations);
+    return "converged after " + iterations + ": the mean squared distance changes by less than the epsilon";
   default:
-    return format("%s after %d iterations", toString(result.reason), result.iterations);
+    return toString(result.reason) + (" after " + iterations);
   }
 }
 
 std::string tooFewPairsText(const AlignmentReport& report)
 {
   const std::size_t pairs = report.result.inliers;
-  std::string text = std::string(toString(report.result.reason)) + ": ";
-  text += pairs == 0 ? "no pair" : format("%zu pair%s", pairs, pairs == 1 ? "" : "s");
+  std::string text = pairs == 0 ? "no pair" : counted(pairs, "pair");
   if (report.max_distance)
     text += format(" within --max-distance %g", *report.max_distance);
   if (pairs > 0)
@@ -51,8 +49,7 @@ std::string tooFewPairsText(const AlignmentReport& report)
 std::string undeterminedText(const AlignmentResult& result)
 {
   if (result.inliers > 0 && result.inliers < fewest_pairs)
-    return format(
-        "%zu matched point%s, where %zu are needed", result.inliers, result.inliers == 1 ? "" : "s", fewest_pairs);
+    return counted(result.inliers, "matched point") + format(", where %zu are needed", fewest_pairs);
   switch (degeneracyOf(result)) {
   case Degeneracy::None:
     return "nothing";
@@ -152,7 +149,7 @@ std::string verdictText(const AlignmentReport& report)
   case Verdict::TooCoarse:
     return no_answer + tooCoarseText(report);
   case Verdict::TooFewPairs:
-    return "did not converge: " + tooFewPairsText(report);
+    return no_answer + tooFewPairsText(report);
   }
   return "unknown";
 }

@@ -149,7 +149,7 @@ class Outcomes(BatchTest):
         rows[3:3] = [("scan_0.pcd", "empty.pcd")]
         manifest = self.manifest(rows)
         done = self.fail_with(NOT_CONVERGED, "batch", manifest, "-o", self.path("out"),
-                              names=["of 7 pairs 2 failed and 0 did not converge", "results.jsonl"])
+                              names=["of 7 pairs 2 failed and 0 have no answer", "results.jsonl"])
         results = self.results()
         for pair, file in ((1, "none.pcd"), (3, "empty.pcd")):
             self.assertEqual((results[pair]["status"], results[pair]["error"]["kind"]), ("failed", "input"))
@@ -199,8 +199,8 @@ class Outcomes(BatchTest):
         rows = self.pairs(2)
         self.write("far.pcd", pcd([(x + 1000, y, z) for x, y, z in POINTS]))
         done = self.fail_with(NOT_CONVERGED, "batch", self.manifest([*rows, ("scan_0.pcd", "far.pcd")]), "-o",
-                              self.path("out"), "--max-distance", "1", names="of 3 pairs 0 failed and 1 did not converge")
-        self.assertIn("scan_0.pcd onto far.pcd: did not converge: no correspondences", done.stdout)
+                              self.path("out"), "--max-distance", "1", names="of 3 pairs 0 failed and 1 have no answer")
+        self.assertIn("scan_0.pcd onto far.pcd: no answer: no pair within --max-distance 1", done.stdout)
         result = self.results()[2]
         self.assertEqual((result["status"], result["converged"]), ("not converged", False))
         self.assertIn("no correspondences", self.summary()["unsuccessful"][0]["why"])

@@ -22,7 +22,7 @@ class Progress(BatchTest):
         self.assertEqual(bars[7][0], "[" + "#" * 24 + "] 7/7")
         self.assertRegex(bars[7][2], r"\A, 1 without success, \d+\.\d pairs/s, 0:00 left\Z")
         last = seen.split("\r\x1b[K")[-1]
-        self.assertRegex(last, r"(?s)\Apairs      7: 6 converged, 0 did not converge, 1 failed\r\n.*"
+        self.assertRegex(last, r"(?s)\Apairs      7: 6 converged, 0 without an answer, 1 failed\r\n.*"
                                r"pcl_gpu_icp: of 7 pairs 1 failed [^\n]+\n\Z", "the bar is gone in the end")
         self.assertNotIn("1/7 scan_1.pcd", seen)
 

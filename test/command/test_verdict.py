@@ -131,7 +131,7 @@ class Verdicts(BatchTest):
         summary = self.summary()
         self.assertEqual((summary["converged"], summary["at_the_limit"], summary["not_converged"], summary["left"]),
                          (1, 2, 0, 0))
-        self.assertIn("pairs      3: 1 converged, 2 at the limit, 0 did not converge, 0 failed\n", text)
+        self.assertIn("pairs      3: 1 converged, 2 at the limit, 0 without an answer, 0 failed\n", text)
         self.assertIn("cloud_1.pcd onto cloud_2.pcd: at the limit, 2 iterations, RMSE", text)
         again = self.succeed("batch", manifest, "-o", self.path("out"), "--resume", "--fail-fast")
         self.assertIn("1 converged, 2 at the limit", again)
@@ -150,7 +150,7 @@ class Verdicts(BatchTest):
         for search in ("pcl", "device"):
             result, text = self.no_answer(
                 self.cloud(POINTS), far, "--max-distance", "0.1", "--search", search, verdict="too few pairs",
-                says=["no correspondences", "no pair within --max-distance 0.1", "the nearest source point is 6."])
+                says=["no answer: no pair within --max-distance 0.1", "the nearest source point is 6."])
             least = min(math.dist(p, (x, y, z + 7)) for p in POINTS for x, y, z in POINTS)
             self.assertAlmostEqual(result["nearest_distance"], least, places=5)
             self.assertEqual((result["degenerate"], result["inliers"], result["rmse"]), ("empty", 0, None))

@@ -51,6 +51,15 @@ class Warnings(CommandTest):
         self.assertEqual(len(self.warned(pcd(POINTS), millimetres)), 1)
         self.assertEqual(self.warned(pcd([tuple(20 * v for v in p) for p in POINTS]), pcd(TARGET)), [])
 
+    def test_guess_of_few_digits(self):
+        clouds = pcd(POINTS), pcd(TARGET)
+        three = "0.990 -0.139 0.012 0 0.139 0.986 -0.086 0 0.000 0.087 0.996 0"
+        [line] = self.warned(*clouds, "--guess=" + three)
+        self.assertRegex(line, r"^--guess: written with few digits; the nearest rotation is taken, .* up to 0.000\d$")
+        file = self.write("guess.txt", three)
+        self.assertIn(f"--guess {file}: written with few digits", self.warned(*clouds, "--guess", file)[0])
+        self.assertEqual(self.warned(*clouds, "--guess=0 0 0 0 0 0.6 0.8"), [])
+
     def test_batch(self):
         zeros = self.write("zeros.pcd", pcd(POINTS + [(0.0, 0.0, 0.0)] * 40))
         good, target = self.write("good.pcd", pcd(POINTS)), self.write("target.pcd", pcd(TARGET))

@@ -6,10 +6,14 @@
 #include "cli/guess.h"
 #include "cli/manifest.h"
 
+#include "report/format.h"
+
+#include <Eigen/Geometry>
 #include <gtest/gtest.h>
 
 #include <cstring>
 #include <limits>
+#include <random>
 #include <stdexcept>
 
 using namespace pcl_gpu_icp;
@@ -198,6 +202,33 @@ TEST(Guess, IsReadAsProgramsPrintIt)
   }
 }
 
+TEST(Guess, IsReadAsAPositionAndAQuaternion)
+{
+  // 90 degrees about z; the quaternion's length is what three decimals leave.
+  const RigidTransform guess = cli::parseGuess("0.1, 0.2, 0.3, 0, 0, 0.707, 0.707");
+  const std::array<double, 9> expected{0, -1, 0, 1, 0, 0, 0, 0, 1};
+  for (std::size_t i = 0; i < expected.size(); ++i)
+    EXPECT_NEAR(guess.rotation[i], expected[i], 1e-15);
+  EXPECT_EQ(guess.translation, (std::array<double, 3>{0.1, 0.2, 0.3}));
+}
+
+TEST(Guess, AnyRotationMayHaveThreeDecimals)
+{
+  std::mt19937 random(1);
+  std::normal_distribution<double> normal;
+  for (int trial = 0; trial < 10000; ++trial) {
+    const Eigen::Quaterniond turn =
+        Eigen::Quaterniond(normal(random), normal(random), normal(random), normal(random)).normalized();
+    const Eigen::Matrix3d rotation = turn.toRotationMatrix();
+    std::string matrix;
+    for (int row = 0; row < 3; ++row)
+      matrix += report::format("%.3f %.3f %.3f 0\n", rotation(row, 0), rotation(row, 1), rotation(row, 2));
+    EXPECT_EQ(guessRefusal(matrix), "none") << matrix;
+    const std::string pose = report::format("0 0 0 %.3f %.3f %.3f %.3f", turn.x(), turn.y(), turn.z(), turn.w());
+    EXPECT_EQ(guessRefusal(pose), "none") << pose;
+  }
+}
+
 TEST(Guess, RefusalsSayWhatItLooksLike)
 {
   expectIn("it mirrors", guessRefusal("1 0 0 0 0 1 0 0 0 0 -1 0 0 0 0 1"));
@@ -207,11 +238,11 @@ TEST(Guess, RefusalsSayWhatItLooksLike)
   expectIn("transposed", guessRefusal("1 0 0 0 0 1 0 0 0 0 1 0 0.004 -0.003 0.002 1"));
   expectIn("last row is 0 0 0 2, not 0 0 0 1", guessRefusal("1 0 0 5 0 1 0 0 0 0 1 0 0 0 0 2"));
   expectIn("0.0081 off", guessRefusal("0.99 -0.14 0.01 0.004 0.14 0.99 -0.09 -0.003 0.00 0.09 1.00 0.002 0 0 0 1"));
-  expectIn("write more digits",
-           guessRefusal("0.990 -0.139 0.012 0.004 0.139 0.986 -0.086 -0.003 0.000 0.087 0.996 0.002 0 0 0 1"));
+  expectIn("write more digits", guessRefusal("0.99 -0.14 0.01 0.004 0.14 0.99 -0.09 -0.003 0.00 0.09 1.00 0.002"));
   expectIn("too large", guessRefusal("1e308 1e308 0 0 1e308 -1e308 0 0 0 0 1 0 0 0 0 1"));
   expectIn("too large", guessRefusal("1e308 -1e308 1 0 1e308 1e308 -1 0 0 0 1e200 0"));
-  expectIn("7 numbers where", guessRefusal("0.1 0.2 0.3 0 0 0 1"));
+  expectIn("its quaternion (qx qy qz qw, the last four) has the length 2, not 1", guessRefusal("0 0 0 0 2 0 0"));
+  expectIn("6 numbers where a 4x4 matrix has 16", guessRefusal("0.1 0.2 0.3 0 0 0"));
   expectIn("0 numbers where", guessRefusal("# nothing"));
   expectIn("'nan' is not a finite number", guessRefusal("nan 0 0 0 0 1 0 0 0 0 1 0"));
   expectIn("' ' is not a finite number", guessRefusal(std::string("\0 0 0", 5)));
