@@ -4,6 +4,7 @@
 #include <pcl_gpu_icp/normal_estimator.h>
 
 #include <array>
+#include <cstddef>
 #include <vector>
 
 namespace pcl_gpu_icp {
@@ -15,5 +16,10 @@ using PointCovariances = std::vector<std::array<float, 6>>;
 /// I - (1 - epsilon) n n^T; where there is no normal I.
 /// \param normals unit vectors of either sign; NaN: none
 PCL_GPU_ICP_API PointCovariances surfaceCovariances(const NormalEstimator::Normals& normals, double epsilon);
+
+/// \param points how many at least must have one
+/// \param whose "source" or "target", for the message
+/// \throws InvalidArgument where there are too few, or one is not finite or has a negative eigenvalue
+PCL_GPU_ICP_API void requireCovariances(const PointCovariances& covariances, std::size_t points, const char* whose);
 
 } // namespace pcl_gpu_icp

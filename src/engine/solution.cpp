@@ -14,12 +14,14 @@ bool allFinite(const std::array<double, n>& values)
   return std::all_of(values.begin(), values.end(), [](double value) { return std::isfinite(value); });
 }
 
-void requireFinite(bool finite, Precision precision)
+void requireFinite(bool finite, Precision precision, const char* or_else)
 {
   if (!finite)
     throw InvalidArgument("the pairs' coordinates are too large to be multiplied in " +
-                          std::string(toString(precision)) + ", or a correspondence names a point that is not finite");
+                          std::string(toString(precision)) + ", or " + or_else);
 }
+
+constexpr char not_finite[] = "a correspondence names a point that is not finite";
 
 std::array<double, 3> negated(const std::array<double, 3>& x) { return {-x[0], -x[1], -x[2]}; }
 
@@ -33,12 +35,15 @@ Degeneracy degeneracyOf(int rank)
 void requireFinite(const Estimate& estimate, Precision precision)
 {
   requireFinite(allFinite(estimate.stages.H) && allFinite(estimate.stages.R) && allFinite(estimate.stages.t),
-                precision);
+                precision,
+                not_finite);
 }
 
-void requireFinite(const std::array<double, SYSTEM_SUMS>& sums, Precision precision)
+void requireFinite(const std::array<double, SYSTEM_SUMS>& sums, Precision precision, Metric metric)
 {
-  requireFinite(allFinite(sums), precision);
+  requireFinite(allFinite(sums),
+                precision,
+                metric == Metric::Generalized ? "the sum of a pair's covariances has no inverse" : not_finite);
 }
 
 RigidTransform absoluteTransform(const StageValues& values)

@@ -30,7 +30,7 @@ void copySolution(const RigidSolution<real>& solution, Estimate& estimate)
 /// \throws InvalidArgument when H, R or t overflowed
 void requireFinite(const Estimate& estimate, Precision precision);
 /// The same of normal equations.
-void requireFinite(const std::array<double, SYSTEM_SUMS>& sums, Precision precision);
+void requireFinite(const std::array<double, SYSTEM_SUMS>& sums, Precision precision, Metric metric);
 
 /// With each entry as float32 holds it.
 RigidTransform inFloat(const RigidTransform& transform);

@@ -124,7 +124,7 @@ System SystemIncrement::systemAt(opencl::Queue& queue,
   queue.reserve(total_, SYSTEM_SUMS * real_bytes);
   stage_.enqueue(queue, metric_, source, pose, turn, matches, target, own_, system.centre, real_bytes, total_);
   system.sums = is_double ? download<double>(queue, total_) : download<float>(queue, total_);
-  requireFinite(system.sums, precision);
+  requireFinite(system.sums, precision, metric_);
   system.row_noise = rowNoise(system);
   system.sum_noise = 8 * (is_double ? std::numeric_limits<double>::epsilon() : std::numeric_limits<float>::epsilon());
   return system;

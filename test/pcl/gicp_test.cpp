@@ -237,7 +237,7 @@ TEST_P(Generalized, GivenCovariancesAreThoseThatCount)
   EXPECT_GT(apart(*source_, icp_.getFinalTransformation(), own), 1e-3);
 }
 
-TEST_P(Generalized, TooFewCovariancesAreAnError)
+TEST_P(Generalized, CovariancesThatAreNoneAreAnError)
 {
   icp_.setInputSource(source_);
   icp_.setInputTarget(target_);
@@ -253,6 +253,17 @@ TEST_P(Generalized, TooFewCovariancesAreAnError)
   icp_.setSourceCovariances(odd);
   icp_.align(output);
   EXPECT_EQ(icp_.getResult().message, "covariance 7 of the source is not finite");
+  (*odd)[7] = Eigen::DiagonalMatrix<double, 3>(1, 1, -0.1);
+  icp_.align(output);
+  EXPECT_EQ(icp_.getResult().message, "covariance 7 of the source has a negative eigenvalue");
+  (*odd)[7] = Eigen::DiagonalMatrix<double, 3>(1, 1, 0); // a plane without noise
+  icp_.align(output);
+  EXPECT_TRUE(icp_.hasConverged()) << icp_.getResult().message;
+  icp_.setSourceCovariances(pcl::make_shared<Stock::Matrices>(source_->size(), Matrix3d::Zero()));
+  icp_.setTargetCovariances(pcl::make_shared<Stock::Matrices>(target_->size(), Matrix3d::Zero()));
+  icp_.align(output);
+  EXPECT_FALSE(icp_.hasConverged());
+  EXPECT_NE(icp_.getResult().message.find("covariances"), std::string::npos) << icp_.getResult().message;
 }
 
 TEST_P(Generalized, NeighboursCount)

@@ -11,7 +11,6 @@
 
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <tuple>
 
 namespace pcl_gpu_icp {
@@ -241,12 +240,7 @@ PointCovariances DeviceIcp<PclIcp>::covariancesOf(const pcl::PointCloud<PointT>&
       kept = {of, normalsOf(points, std::get<0>(of), settings.neighbours)};
     return surfaceCovariances(*kept.normals, settings.epsilon);
   }
-  if (given.size() < cloud.size())
-    throw InvalidArgument(std::string("the covariances of the ") + whose + " are " + std::to_string(given.size()) +
-                          ", its points " + std::to_string(cloud.size()));
-  for (std::size_t i = 0; i < given.size(); ++i)
-    if (!std::isfinite(std::accumulate(given[i].begin(), given[i].end(), 0.0F)))
-      throw InvalidArgument(std::string("covariance ") + std::to_string(i) + " of the " + whose + " is not finite");
+  requireCovariances(given, cloud.size(), whose);
   return given;
 }
 
