@@ -155,13 +155,12 @@ public:
                     device_loss_ +
                         report::format("; %zu of %zu pairs left; --resume goes on", report.left(), report.pairs));
     if (!report.unsuccessful.empty())
-      throw Failure(ExitCode::NotConverged,
-                    report::format("of %zu pairs %zu failed and %zu have no answer",
-                                   report.pairs,
-                                   report.failed(),
-                                   report.notConverged()) +
-                        (report.left() > 0 ? report::format("; --fail-fast left %zu", report.left()) : "") + "; see " +
-                        files_.results->path());
+      throw Failure(
+          ExitCode::NotConverged,
+          report::format(
+              "of %zu pairs %zu failed and %zu have no answer", report.pairs, report.failed(), report.notConverged()) +
+              (report.left() > 0 ? report::format("; --fail-fast left %zu", report.left()) : "") + "; see " +
+              files_.results->path());
     return ExitCode::Success;
   }
 

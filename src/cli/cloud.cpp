@@ -272,7 +272,8 @@ void ValueStore::warn(const std::string& path)
   for (std::size_t i = 0; i < inexact_.size(); ++i)
     if (inexact_[i] > 0)
       cloud_.warnings.push_back(path + ": field " + cloud_.data.fields[i].name + ": its type does not hold " +
-                                std::to_string(inexact_[i]) + " of the values; of each the nearest that it holds is kept, or the same bits");
+                                std::to_string(inexact_[i]) +
+                                " of the values; of each the nearest that it holds is kept, or the same bits");
 }
 
 std::string whyNoNumber(std::string_view value, std::string_view rest_of_row, const std::string& path)

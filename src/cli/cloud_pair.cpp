@@ -41,7 +41,8 @@ std::optional<std::string> fewDigits(const RigidTransform& guess, const std::str
   if (off <= plainly_off)
     return std::nullopt;
   return "--guess" + (namesFile(argument) ? " " + argument : "") +
-         report::format(": written with few digits; the nearest rotation is taken, whose entries differ by up to %.1g", off);
+         report::format(": written with few digits; the nearest rotation is taken, whose entries differ by up to %.1g",
+                        off);
 }
 
 } // namespace

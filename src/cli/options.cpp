@@ -39,8 +39,10 @@ CLI::Validator wholeNumber(long maximum)
 void addPairOptions(CLI::App& command, AlignmentOptions& options)
 {
   command
-      .add_option(
-          "--guess", options.guess, "initial transform: a 4x4 matrix or its first three rows, row by row, or x y z qx qy qz qw; a file or the numbers")
+      .add_option("--guess",
+                  options.guess,
+                  "initial transform: a 4x4 matrix or its first three rows, row by row, or x y z qx qy qz qw; a file "
+                  "or the numbers")
       ->type_name("FILE|NUMBERS");
   command
       .add_option("--max-distance", options.max_distance, "ignore correspondences farther apart (default: no limit)")

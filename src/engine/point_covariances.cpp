@@ -57,7 +57,7 @@ void requireCovariances(const PointCovariances& covariances, std::size_t points,
     throw InvalidArgument(std::string("the covariances of the ") + whose + " are " +
                           std::to_string(covariances.size()) + ", its points " + std::to_string(points));
   for (std::size_t i = 0; i < covariances.size(); ++i) {
-    const char* const fault = !isFinite(covariances[i])       ? "is not finite"
+    const char* const fault = !isFinite(covariances[i])         ? "is not finite"
                               : !isSemidefinite(covariances[i]) ? "has a negative eigenvalue"
                                                                 : nullptr;
     if (fault)

@@ -39,7 +39,8 @@ std::string outcomeText(const PairOutcome& outcome)
   switch (outcome.status) {
   case PairStatus::Converged:
   case PairStatus::AtLimit:
-    return std::string(toString(outcome.status)) + ", " + counted(static_cast<std::size_t>(outcome.iterations), "iteration") +
+    return std::string(toString(outcome.status)) + ", " +
+           counted(static_cast<std::size_t>(outcome.iterations), "iteration") +
            (outcome.rmse ? format(", RMSE %.6g", *outcome.rmse) : "");
   case PairStatus::NotConverged:
     return outcome.why;
