@@ -2,8 +2,8 @@
 // the memory bandwidth that a kernel that only reads the same buffer reaches.
 #include "opencl/context.h"
 #include "opencl/queue.h"
-#include "stages/fused.h"
 #include "stages/launch.h"
+#include "stages/listed_pairs.h"
 #include "stages/pack.h"
 
 #include "kernels/layout.h"
@@ -104,13 +104,13 @@ void onDevice(benchmark::State& state, Precision precision, Enqueue enqueue)
 }
 
 template <Precision precision>
-void fusedKernels(benchmark::State& state)
+void listedPairsKernels(benchmark::State& state)
 {
-  stages::Fused fused;
+  stages::ListedPairs listed;
   opencl::Buffer solution{"solution"};
   onDevice(state, precision, [&](opencl::Queue& queue, const stages::Pairs& pairs) {
     queue.reserve(solution, sizeof(RigidSolution<double>));
-    fused.enqueue(queue, pairs, precision == Precision::Double ? sizeof(double) : sizeof(float), solution);
+    listed.enqueue(queue, pairs, precision == Precision::Double ? sizeof(double) : sizeof(float), solution);
   });
 }
 
@@ -163,12 +163,12 @@ BENCHMARK(stockUmeyama)->Arg(100000)->Arg(1000000)->UseRealTime()->Unit(benchmar
 BENCHMARK(stockCorrelation)->Arg(100000)->Arg(1000000)->UseRealTime()->Unit(benchmark::kMillisecond);
 BENCHMARK_TEMPLATE(ours, Pipeline::Fused)->Arg(100000)->Arg(1000000)->UseRealTime()->Unit(benchmark::kMillisecond);
 BENCHMARK_TEMPLATE(ours, Pipeline::Staged)->Arg(100000)->Arg(1000000)->UseRealTime()->Unit(benchmark::kMillisecond);
-BENCHMARK_TEMPLATE(fusedKernels, Precision::Double)
+BENCHMARK_TEMPLATE(listedPairsKernels, Precision::Double)
     ->Arg(100000)
     ->Arg(1000000)
     ->UseManualTime()
     ->Unit(benchmark::kMillisecond);
-BENCHMARK_TEMPLATE(fusedKernels, Precision::Float)
+BENCHMARK_TEMPLATE(listedPairsKernels, Precision::Float)
     ->Arg(100000)
     ->Arg(1000000)
     ->UseManualTime()

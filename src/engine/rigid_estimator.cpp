@@ -6,9 +6,9 @@
 #include "stages/centroid.h"
 #include "stages/cross_covariance.h"
 #include "stages/demean.h"
-#include "stages/fused.h"
 #include "stages/gather.h"
 #include "stages/launch.h"
+#include "stages/listed_pairs.h"
 #include "stages/pack.h"
 #include "stages/rigid_transform.h"
 #include "stages/svd.h"
@@ -57,7 +57,7 @@ struct RigidEstimator::Implementation {
     queue.reserve(solution,
                   precision == Precision::Double ? sizeof(RigidSolution<double>) : sizeof(RigidSolution<float>));
     if (pipeline == Pipeline::Fused)
-      fused.enqueue(queue, pairs, realBytes(), solution);
+      listed.enqueue(queue, pairs, realBytes(), solution);
     else {
       centroid.enqueue(queue, pairs, realBytes(), solution);
       demean.enqueue(queue, pairs, realBytes(), solution);
@@ -88,7 +88,7 @@ struct RigidEstimator::Implementation {
   stages::Placement source_placement, target_placement;
   stages::Pairs pairs;
   stages::Gather gather;
-  stages::Fused fused;
+  stages::ListedPairs listed;
   stages::Centroid centroid;
   stages::Demean demean;
   stages::CrossCovariance cross_covariance;

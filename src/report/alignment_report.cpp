@@ -1,12 +1,9 @@
 #include "report/alignment_report.h"
 
-#include "report/alignment_json.h"
+#include "report/alignment_times.h"
 #include "report/format.h"
 #include "report/matrix.h"
 #include "report/verdict.h"
-
-#include <utility>
-#include <vector>
 
 namespace pcl_gpu_icp::report {
 namespace {
@@ -32,38 +29,6 @@ const char* improvement(const AlignmentReport& report)
 {
   const double change = changeOfDistance(report);
   return change == 0 ? "unchanged" : change < 0 ? "improved" : "got worse";
-}
-
-using Times = std::vector<std::pair<std::string, double>>;
-
-/// Host and device times under one roof, in the order in which the time passes: "total" of the engine is "align", the
-/// device's entries carry a prefix.
-Times allTimes(const AlignmentReport& report)
-{
-  Times times;
-  const auto add = [&times](const StageTimes& from, const char* what, const char* as) {
-    const auto found = from.find(what);
-    if (found != from.end())
-      times.emplace_back(as, found->second.milliseconds);
-  };
-  add(report.command_times, "read", "read");
-  add(report.command_times, "device", "device");
-  for (const char* step : {"start", "tree", "normals", "pack", "search", "estimate"})
-    add(report.result.host_times, step, step);
-  for (const auto& [what, time] : report.result.device_times)
-    times.emplace_back("device_" + what, time.milliseconds);
-  add(report.result.host_times, "total", "align");
-  add(report.command_times, "fitness", "fitness");
-  add(report.command_times, "total", "total");
-  return times;
-}
-
-Json droppedJson(const PointCounts& points)
-{
-  return {{"non_finite", points.non_finite + points.too_large},
-          {"zero_returns", points.zero_returns},
-          {"downsampled", points.downsampled},
-          {"coincident", points.coincident}};
 }
 
 } // namespace
@@ -97,49 +62,9 @@ std::string toText(const AlignmentReport& report)
   text += std::string("degenerate ") + degeneracyText(result) + "\n";
   text += "transform\n" + matrixText(report.transform);
   text += "times\n";
-  for (const auto& [what, milliseconds] : allTimes(report))
+  for (const auto& [what, milliseconds] : timesOf(report))
     text += format("  %-22s %10.1f ms\n", what.c_str(), milliseconds);
   return text;
 }
-
-Json alignmentJson(const AlignmentReport& report)
-{
-  const AlignmentResult& result = report.result;
-  Json json;
-  json["source"] = report.source;
-  json["target"] = report.target;
-  json["points"] = {
-      {"source", report.source_points.used},
-      {"target", report.target_points.used},
-      {"dropped", {{"source", droppedJson(report.source_points)}, {"target", droppedJson(report.target_points)}}}};
-  json["device"] = deviceJson(result.device);
-  json["metric"] = toString(result.metric);
-  json["search"] = toString(result.search);
-  json["pipeline"] = toString(result.pipeline);
-  json["device_bytes"] = result.device_bytes;
-  json["transform"] = matrixJson(report.transform);
-  const Verdict verdict = verdictOf(report);
-  json["converged"] = isAnswer(verdict);
-  json["verdict"] = toString(verdict);
-  json["why"] = isAnswer(verdict) ? Json() : Json(verdictText(report));
-  json["reason"] = toString(result.reason);
-  json["iterations"] = result.iterations;
-  json["searched"] = result.searched;
-  json["inliers"] = result.inliers;
-  json["rmse"] = result.inliers > 0 ? Json(result.rmse) : Json();
-  json["rmse_before"] = result.inliers > 0 ? Json(result.rmse_before) : Json();
-  json["truncated_rmse"] = result.inliers > 0 ? Json(result.truncated_rmse) : Json();
-  json["truncated_rmse_before"] = result.inliers > 0 ? Json(result.truncated_rmse_before) : Json();
-  json["fitness_score"] = report.fitness_score ? Json(*report.fitness_score) : Json();
-  json["nearest_distance"] = report.nearest_distance ? Json(*report.nearest_distance) : Json();
-  json["degenerate"] = toString(degeneracyOf(result));
-  json["free_motions"] = result.free_motions;
-  json["warnings"] = report.warnings;
-  for (const auto& [what, milliseconds] : allTimes(report))
-    json["times_ms"][what] = milliseconds;
-  return json;
-}
-
-std::string toJson(const AlignmentReport& report) { return dump(alignmentJson(report)); }
 
 } // namespace pcl_gpu_icp::report

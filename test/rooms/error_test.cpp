@@ -35,14 +35,14 @@ TEST(ErrorCode, EveryOneOfOpenCL12HasAName)
 
 TEST(DeviceError, SaysWhatFailedWhereAndWhatToDo)
 {
-  const DeviceError error({-5, "clEnqueueNDRangeKernel", "fused_sums", "Some GPU"}, "use a smaller cloud");
+  const DeviceError error({-5, "clEnqueueNDRangeKernel", "listed_sums", "Some GPU"}, "use a smaller cloud");
   EXPECT_STREQ(error.what(),
-               "clEnqueueNDRangeKernel failed with CL_OUT_OF_RESOURCES (-5) for kernel fused_sums on Some GPU: use a "
+               "clEnqueueNDRangeKernel failed with CL_OUT_OF_RESOURCES (-5) for kernel listed_sums on Some GPU: use a "
                "smaller cloud");
   EXPECT_EQ(error.code(), -5);
   EXPECT_STREQ(error.codeName(), "CL_OUT_OF_RESOURCES");
   EXPECT_EQ(error.call(), "clEnqueueNDRangeKernel");
-  EXPECT_EQ(error.kernel(), "fused_sums");
+  EXPECT_EQ(error.kernel(), "listed_sums");
   EXPECT_EQ(error.device(), "Some GPU");
 }
 

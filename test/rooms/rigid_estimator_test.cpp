@@ -291,7 +291,7 @@ TEST_P(Estimator, AccountsForEveryStageAndTransfer)
   const StageTimes times = estimator_.takeTimes();
   std::map<std::string, unsigned> expected = {{"upload", 2}, {"download", 2}};
   if (GetParam().pipeline == Pipeline::Fused)
-    expected.insert({{"fused_sums", 2}, {"fused_solve", 2}});
+    expected.insert({{"listed_sums", 2}, {"listed_solve", 2}});
   else {
     const unsigned reductions = stageRequests(100)[0].work_items.size() + 1;
     expected.insert({{"centroid", 2 * reductions},

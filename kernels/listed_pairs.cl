@@ -8,7 +8,7 @@
 #ifdef CHUNKED
 
 // One work-item per block: pairs as in gather.cl, `partials` SUMS_PER_BLOCK values per block.
-kernel void fused_sums(global const float* restrict pairs, uint stride, uint n, global real* restrict partials)
+kernel void listed_sums(global const float* restrict pairs, uint stride, uint n, global real* restrict partials)
 {
   const uint block = get_block();
   const uint begin = block * POINTS_PER_BLOCK;
@@ -62,7 +62,7 @@ kernel void fused_sums(global const float* restrict pairs, uint stride, uint n, 
 #include "group_sum.h"
 
 // One work-group of WORK_GROUP_SIZE (a power of two) per block.
-kernel void fused_sums(global const float* restrict pairs, uint stride, uint n, global real* restrict partials)
+kernel void listed_sums(global const float* restrict pairs, uint stride, uint n, global real* restrict partials)
 {
   local real scratch[WORK_GROUP_SIZE];
   const uint lane = get_local_id(0);
@@ -89,7 +89,7 @@ kernel void fused_sums(global const float* restrict pairs, uint stride, uint n, 
 
 // One work-group of SUMS_PER_BLOCK work-items, or one work-item.
 // resolution_sq: variance per pair below which a direction is only the coordinates' rounding.
-kernel void fused_solve(
+kernel void listed_solve(
     global const real* restrict partials, uint blocks, uint n, float resolution_sq, global RigidSolution* solution)
 {
   SUMS_SPACE real sums[SUMS_PER_BLOCK], lost[SUMS_PER_BLOCK];

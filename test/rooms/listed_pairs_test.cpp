@@ -1,28 +1,28 @@
-// The fused kernels alone: every value of the five stages from one pass over the pairs.
-#include "stages/fused.h"
+// The kernels of listed pairs alone: every value of the five stages from one pass over the pairs.
+#include "stages/listed_pairs.h"
 
 #include "stage_rig.h"
 
 namespace pcl_gpu_icp::test {
 
 using Eigen::Matrix3d;
-using stages::Fused;
+using stages::ListedPairs;
 
-class FusedStages : public OnDevice {
+class OnePass : public OnDevice {
 protected:
   RigidSolution<double> solve(const Cloud& source, const Cloud& target)
   {
     rig_.writePairs(source, target);
     rig_.writeSolution({});
-    fused_.enqueue(rig_.queue, rig_.pairs, rig_.realBytes(), rig_.solution);
+    listed_.enqueue(rig_.queue, rig_.pairs, rig_.realBytes(), rig_.solution);
     return rig_.readSolution();
   }
 
   StageRig rig_{GetParam()};
-  Fused fused_;
+  ListedPairs listed_;
 };
 
-TEST_P(FusedStages, LeaveWhatEveryStageWouldHaveLeft)
+TEST_P(OnePass, LeaveWhatEveryStageWouldHaveLeft)
 {
   for (const std::size_t n : GetParam().sizes()) {
     SCOPED_TRACE(n);
@@ -50,7 +50,7 @@ TEST_P(FusedStages, LeaveWhatEveryStageWouldHaveLeft)
   }
 }
 
-TEST_P(FusedStages, CountEveryPairOnce)
+TEST_P(OnePass, CountEveryPairOnce)
 {
   for (const std::size_t n : GetParam().sizes(5000)) {
     SCOPED_TRACE(n);
@@ -67,7 +67,7 @@ TEST_P(FusedStages, CountEveryPairOnce)
   }
 }
 
-TEST_P(FusedStages, AreTwoCommands)
+TEST_P(OnePass, AreTwoCommands)
 {
   if (GetParam().inPasses())
     GTEST_SKIP() << "each pass is a command";
@@ -75,10 +75,10 @@ TEST_P(FusedStages, AreTwoCommands)
   rig_.queue.takeProfile();
   solve(random.cloud(5000), random.cloud(5000));
   const auto entries = rig_.queue.takeProfile().entries;
-  EXPECT_EQ(entries.at("fused_sums").count, 1U);
-  EXPECT_EQ(entries.at("fused_solve").count, 1U);
+  EXPECT_EQ(entries.at("listed_sums").count, 1U);
+  EXPECT_EQ(entries.at("listed_solve").count, 1U);
 }
 
-RUN_WITH_EVERY_KERNEL(FusedStages);
+RUN_WITH_EVERY_KERNEL(OnePass);
 
 } // namespace pcl_gpu_icp::test

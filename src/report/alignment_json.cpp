@@ -1,0 +1,60 @@
+#include "report/alignment_json.h"
+
+#include "report/alignment_times.h"
+#include "report/matrix.h"
+#include "report/verdict.h"
+
+namespace pcl_gpu_icp::report {
+namespace {
+
+Json droppedJson(const PointCounts& points)
+{
+  return {{"non_finite", points.non_finite + points.too_large},
+          {"zero_returns", points.zero_returns},
+          {"downsampled", points.downsampled},
+          {"coincident", points.coincident}};
+}
+
+} // namespace
+
+Json alignmentJson(const AlignmentReport& report)
+{
+  const AlignmentResult& result = report.result;
+  Json json;
+  json["source"] = report.source;
+  json["target"] = report.target;
+  json["points"] = {
+      {"source", report.source_points.used},
+      {"target", report.target_points.used},
+      {"dropped", {{"source", droppedJson(report.source_points)}, {"target", droppedJson(report.target_points)}}}};
+  json["device"] = deviceJson(result.device);
+  json["metric"] = toString(result.metric);
+  json["search"] = toString(result.search);
+  json["pipeline"] = toString(result.pipeline);
+  json["device_bytes"] = result.device_bytes;
+  json["transform"] = matrixJson(report.transform);
+  const Verdict verdict = verdictOf(report);
+  json["converged"] = isAnswer(verdict);
+  json["verdict"] = toString(verdict);
+  json["why"] = isAnswer(verdict) ? Json() : Json(verdictText(report));
+  json["reason"] = toString(result.reason);
+  json["iterations"] = result.iterations;
+  json["searched"] = result.searched;
+  json["inliers"] = result.inliers;
+  json["rmse"] = result.inliers > 0 ? Json(result.rmse) : Json();
+  json["rmse_before"] = result.inliers > 0 ? Json(result.rmse_before) : Json();
+  json["truncated_rmse"] = result.inliers > 0 ? Json(result.truncated_rmse) : Json();
+  json["truncated_rmse_before"] = result.inliers > 0 ? Json(result.truncated_rmse_before) : Json();
+  json["fitness_score"] = report.fitness_score ? Json(*report.fitness_score) : Json();
+  json["nearest_distance"] = report.nearest_distance ? Json(*report.nearest_distance) : Json();
+  json["degenerate"] = toString(degeneracyOf(result));
+  json["free_motions"] = result.free_motions;
+  json["warnings"] = report.warnings;
+  for (const auto& [what, milliseconds] : timesOf(report))
+    json["times_ms"][what] = milliseconds;
+  return json;
+}
+
+std::string toJson(const AlignmentReport& report) { return dump(alignmentJson(report)); }
+
+} // namespace pcl_gpu_icp::report

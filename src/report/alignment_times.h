@@ -1,0 +1,18 @@
+#pragma once
+
+#include "report/alignment_report.h"
+
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace pcl_gpu_icp::report {
+
+/// In milliseconds, by name.
+using Times = std::vector<std::pair<std::string, double>>;
+
+/// Host and device times under one roof, in the order in which the time passes: "total" of the engine is "align", the
+/// device's entries carry a prefix.
+Times timesOf(const AlignmentReport& report);
+
+} // namespace pcl_gpu_icp::report
