@@ -33,7 +33,7 @@ double nearestDistance(const CloudPair& pair, const RigidTransform& transform)
 /// Says where a guess's rotation is not taken as it was written.
 std::optional<std::string> fewDigits(const RigidTransform& guess, const std::string& argument)
 {
-  constexpr double plainly_off = 1e-5; // radians; what seven digits leave is no news
+  constexpr double plainly_off = 1e-5; // of an entry; what seven digits leave is no news
   const RigidTransform taken = nearestRigid(guess, {0, 0, 0});
   double off = 0;
   for (std::size_t i = 0; i < guess.rotation.size(); ++i)

@@ -87,7 +87,7 @@ class Align(CommandTest):
     def test_no_correspondences(self):
         far = self.write("far.pcd", pcd([(x + 1000, y, z) for x, y, z in POINTS]))
         arguments = ["align", self.source, far, "--max-distance", "1", "--json", "-"]
-        done = self.fail_with(NOT_CONVERGED, *arguments, names=[self.source, far, "no correspondences"])
+        done = self.fail_with(NOT_CONVERGED, *arguments, names=[self.source, far, "no answer: no pair within"])
         result = self.checked(done.stdout)
         self.assertFalse(result["converged"])
         self.assertEqual(result["reason"], "no correspondences")

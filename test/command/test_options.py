@@ -40,7 +40,10 @@ class Options(CommandTest):
 
     def test_guess_with_few_digits_gives_a_rotation(self):
         rounded = [[round(value, 4) for value in row] for row in MOTION]
-        rows = self.align(self.source, self.target, "--guess", *numbers(rounded), "--iterations", "1")["transform"]
+        done = self.run_command(
+            "align", self.source, self.target, "--guess", *numbers(rounded), "--iterations", "1", "--json", "-")
+        self.assertIn("warning: --guess: written with few digits", done.stderr)
+        rows = self.checked(done.stdout)["transform"]
         for i in range(3):
             for j in range(3):
                 dot = sum(rows[i][k] * rows[j][k] for k in range(3))

@@ -420,6 +420,6 @@ class Files(CommandTest):
         far = self.write("far.pcd", pcd([(x + 1000, y, z) for x, y, z in POINTS]))
         self.fail_with(
             NOT_CONVERGED, "align", self.source, far, "--max-distance", "1", "-o", self.path("out.pcd"),
-            "--matrix", self.path("m.txt"), "--json", self.path("r.json"), names=["no correspondences", "not written"])
+            "--matrix", self.path("m.txt"), "--json", self.path("r.json"), names=["no answer: no pair within", "not written"])
         self.assertEqual(self.files(), self.inputs | {"far.pcd", "r.json"})
         self.assertFalse(self.checked(read(self.path("r.json")))["converged"])
