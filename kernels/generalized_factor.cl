@@ -18,7 +18,7 @@ static inline void load_own(float (*rows)[PAIRS_AT_ONCE], const Own* own, uint i
   }
 }
 
-static inline void add_equations(lane* sums, const lane* x, const lane* e, const lane* row, float16 turn)
+static inline lane add_equations(lane* sums, const lane* x, const lane* e, const lane* row, float16 turn, Loss loss)
 {
   const lane* Q = row + 1;
   const lane* P = Q + COVARIANCE_ROWS;
@@ -43,7 +43,7 @@ static inline void add_equations(lane* sums, const lane* x, const lane* e, const
   const lane scale = row[0] / (C[0] * M[0] + C[1] * M[1] + C[2] * M[2]);
   for (int entry = 0; entry < COVARIANCE_ROWS; ++entry)
     M[entry] *= scale;
-  add_information(sums, x, M, e);
+  return add_information(sums, x, M, e, loss);
 }
 
 #include "system_pass.h"

@@ -14,8 +14,9 @@
 #define SUMS_PER_BLOCK 16
 
 // The normal equations of a metric's six unknowns, see system.h: 21 of the matrix's upper triangle, row by row, 6 of
-// the right-hand side and the cost. They are added up in two rows of SUMS_PER_BLOCK, the rest of which is padding.
-#define SYSTEM_SUMS 28
+// the right-hand side, the cost, and the trace of the information without a loss. They are added up in two rows of
+// SUMS_PER_BLOCK, the rest of which is padding.
+#define SYSTEM_SUMS 29
 #define SYSTEM_SUMS_ROWS 2
 
 // What a metric knows of a target point: a normal x y z, or the six xx xy xz yy yz zz of a symmetric 3x3 covariance,
@@ -24,6 +25,14 @@
 #define COVARIANCE_WORDS 8
 // Of a source point: as many rows.
 #define COVARIANCE_ROWS 6
+
+// Losses, see loss.h.
+#define LOSS_NONE 0
+#define LOSS_HUBER 1
+#define LOSS_CAUCHY 2
+#define LOSS_GEMAN_MCCLURE 3
+#define LOSS_TUKEY 4
+#define LOSS_WELSCH 5
 
 // The tree over the target (see tree.h): points of a leaf, children of a node, levels of nodes at most.
 #define LEAF_POINTS 16

@@ -1,9 +1,9 @@
 // The normal equations of a metric over the matched pairs. Of a pair, with p the source point at the pose, q its match,
 // e = q - p, J = (-[p - c]x, I) what a small turn about c and a shift do to p, and M the pair's 3x3 information: the
-// sums of J^T M J, of J^T M e and of e^T M e. A metric is a file that includes this one and says what M is; it defines
-//   OWN_ROWS        how many values it knows of a pair beside the two points
-//   load_own()      reads them
-//   add_equations() adds a pair to the sums
+// sums of J^T M J, of J^T M e and of s = e^T M e. With a loss M is weighed by rho'(s), and the sum of rho(s) is in the
+// place of that of s. A metric is a file that includes this one and says what M is; it defines
+//   OWN_ROWS        how many values it knows of a pair beside the two points; the first is 1, or 0 where there is no
+//   pair load_own()      reads them add_equations() adds a pair to the sums and returns s
 // and then includes system_pass.h.
 #ifndef PCL_GPU_ICP_SYSTEM_H
 #define PCL_GPU_ICP_SYSTEM_H
@@ -26,6 +26,8 @@ typedef real lane;
 
 #pragma OPENCL FP_CONTRACT ON
 
+#include "loss.h"
+
 // Of p and q.
 #define POINT_ROWS 6
 
@@ -36,16 +38,27 @@ typedef struct {
   uint stride;
 } Own;
 
-// A pair's share where M is not of rank one. x: p - c; M: xx xy xz yy yz zz
-static inline void add_information(lane* sums, const lane* x, const lane* M, const lane* e)
+// A pair's share where M is not of rank one; returns s. x: p - c; M: xx xy xz yy yz zz
+static inline lane add_information(lane* sums, const lane* x, lane* M, const lane* e, Loss loss)
 {
+  lane Me[3] = {M[0] * e[0] + M[1] * e[1] + M[2] * e[2],
+                M[1] * e[0] + M[3] * e[1] + M[4] * e[2],
+                M[2] * e[0] + M[4] * e[1] + M[5] * e[2]};
+  const lane squared = e[0] * Me[0] + e[1] * Me[1] + e[2] * Me[2];
+  sums[SYSTEM_SUMS - 1] += M[0] + M[3] + M[5];
+  if (loss.function != LOSS_NONE) {
+    const lane weight = loss_weight(squared, loss);
+    for (int i = 0; i < 6; ++i)
+      M[i] *= weight;
+    for (int i = 0; i < 3; ++i)
+      Me[i] *= weight;
+  }
   const lane rows[3][3] = {{M[0], M[1], M[2]}, {M[1], M[3], M[4]}, {M[2], M[4], M[5]}};
-  lane crossed[3][3], Me[3]; // [x]x M
+  lane crossed[3][3]; // [x]x M
   for (int i = 0; i < 3; ++i) {
     const int j = (i + 1) % 3, k = (i + 2) % 3;
     for (int column = 0; column < 3; ++column)
       crossed[i][column] = x[j] * rows[k][column] - x[k] * rows[j][column];
-    Me[i] = rows[i][0] * e[0] + rows[i][1] * e[1] + rows[i][2] * e[2];
   }
   int s = 0;
   for (int i = 0; i < 3; ++i) {
@@ -64,7 +77,8 @@ static inline void add_information(lane* sums, const lane* x, const lane* M, con
     sums[s++] += x[(i + 1) % 3] * Me[(i + 2) % 3] - x[(i + 2) % 3] * Me[(i + 1) % 3];
   for (int i = 0; i < 3; ++i)
     sums[s++] += Me[i];
-  sums[s] += e[0] * Me[0] + e[1] * Me[1] + e[2] * Me[2];
+  sums[s] += loss.function != LOSS_NONE ? loss_cost(squared, loss) : squared;
+  return squared;
 }
 
 #endif

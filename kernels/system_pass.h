@@ -3,18 +3,20 @@
 
 #define ROWS (POINT_ROWS + OWN_ROWS)
 
-// One pair, or as many as lanes are, of rows p, q and the metric's own.
-static inline void add_rows(lane* sums, const lane* row, float4 centre, float16 turn)
+// One pair, or as many as lanes are, of rows p, q and the metric's own. Returns the squared residual.
+static inline lane add_rows(lane* sums, const lane* row, float4 centre, float16 turn, Loss loss)
 {
   const lane x[3] = {row[0] - (real)centre.x, row[1] - (real)centre.y, row[2] - (real)centre.z};
   const lane e[3] = {row[3] - row[0], row[4] - row[1], row[5] - row[2]};
-  add_equations(sums, x, e, row + POINT_ROWS, turn);
+  return add_equations(sums, x, e, row + POINT_ROWS, turn, loss);
 }
 
 // source_points, stride, n, pose, matches: as in match.cl; from the last source point to the stride matches are -1
 // own_target, own_source: what the metric knows of the points
 // turn: the pose whose rotation the metric weighs by
 // centre: c, in the target's frame
+// loss_function: LOSS_; loss_scale: c, see loss.h
+// residuals: where keeps_residuals is not 0, of each source point the root of s; INFINITY: it has no pair
 // partials: SYSTEM_SUMS_ROWS rows of SUMS_PER_BLOCK sums for each block
 // One work-item per block of POINTS_PER_MATCH_BLOCK source points; or a work-group of WORK_GROUP_SIZE, a power of two.
 kernel void system_sums(global const float* source_points,
@@ -27,16 +29,22 @@ kernel void system_sums(global const float* source_points,
                         global const float* restrict own_source,
                         float16 turn,
                         float4 centre,
+                        uint loss_function,
+                        float loss_scale,
+                        uint keeps_residuals,
+                        global float* restrict residuals,
                         uint blocks,
                         global real* restrict partials)
 {
   const Source source = {source_points, 0, 0, matches, stride, n};
   const Own own = {own_target, own_source, stride};
+  const Loss loss = {loss_function, (real)loss_scale * loss_scale};
   const uint block = get_block();
   const uint begin = block * POINTS_PER_MATCH_BLOCK;
   const uint end = min(begin + POINTS_PER_MATCH_BLOCK, n);
   float rows[ROWS][PAIRS_AT_ONCE];
   int positions[PAIRS_AT_ONCE];
+  float residual[PAIRS_AT_ONCE];
   lane sums[SYSTEM_SUMS_ROWS * SUMS_PER_BLOCK];
   for (int s = 0; s < SYSTEM_SUMS_ROWS * SUMS_PER_BLOCK; ++s)
     sums[s] = 0;
@@ -52,8 +60,13 @@ kernel void system_sums(global const float* source_points,
       lane row[ROWS];
       for (int r = 0; r < ROWS; ++r)
         row[r] = load_lanes(rows[r] + part);
-      add_rows(sums, row, centre, turn);
+      const lane squared = add_rows(sums, row, centre, turn, loss);
+      if (keeps_residuals)
+        store_lanes(sqrt(squared), residual + part);
     }
+    if (keeps_residuals)
+      for (uint k = 0; k < PAIRS_AT_ONCE; ++k)
+        residuals[i + k] = rows[POINT_ROWS][k] > 0 ? residual[k] : INFINITY;
   }
   for (int s = 0; s < SYSTEM_SUMS_ROWS * SUMS_PER_BLOCK; ++s)
     partials[(s / SUMS_PER_BLOCK * blocks + block) * SUMS_PER_BLOCK + s % SUMS_PER_BLOCK] = sum_lanes(sums[s]);
@@ -62,6 +75,8 @@ kernel void system_sums(global const float* source_points,
   const uint item = get_local_id(0);
   for (uint i = begin + item; i < end; i += WORK_GROUP_SIZE) {
     positions[0] = matches[i];
+    if (keeps_residuals)
+      residuals[i] = INFINITY;
     if (positions[0] < 0)
       continue;
     const float3 p = moved(&source, i, pose), q = leaf_point(leaves, positions[0]);
@@ -69,7 +84,9 @@ kernel void system_sums(global const float* source_points,
     lane row[ROWS] = {p.x, p.y, p.z, q.x, q.y, q.z};
     for (int r = POINT_ROWS; r < ROWS; ++r)
       row[r] = rows[r][0];
-    add_rows(sums, row, centre, turn);
+    residual[0] = sqrt(add_rows(sums, row, centre, turn, loss));
+    if (keeps_residuals && rows[POINT_ROWS][0] > 0)
+      residuals[i] = residual[0];
   }
   for (int s = 0; s < SYSTEM_SUMS_ROWS * SUMS_PER_BLOCK; ++s)
     sum_over_group(

@@ -59,6 +59,15 @@ public:
   void setMetric(Metric metric);
   Metric getMetric() const;
 
+  /// A loss that weighs each iteration's pairs, after rejection; none by default. Excludes what Metric::Generalized
+  /// excludes, but for an estimation that is Plane. A scale that is none ends align() with an error.
+  void setLoss(const Loss& loss) { loss_ = loss; }
+  const Loss& getLoss() const { return loss_; }
+
+  /// How the source may move from the guess: Motions::Rigid by default. Anything else excludes what a loss does.
+  void setMotions(Motions motions) { motions_ = motions; }
+  Motions getMotions() const { return motions_; }
+
   /// What finds the correspondences: CorrespondenceSearch::PclKdTree by default. DeviceKdTree excludes a search method,
   /// a correspondence estimation or a point representation of the caller's: align() then ends with an error.
   void setCorrespondenceSearch(CorrespondenceSearch search) { search_ = search; }
@@ -182,14 +191,22 @@ private:
   std::array<double, 3> anchor() const;
   Matrix4 matrixOf(const RigidTransform& pose) const;
   void report(const RigidTransform& pose);
+  void describeUncertainty(const RigidTransform& pose);
   void listCorrespondences(const std::vector<Correspondence>& correspondences);
   bool matcherHoldsTheClouds() const;
   pcl::Indices finiteIndices() const;
   bool usesDefaultSearch() const;
   bool estimatesRigidly() const { return estimatesOnDevice() || planes_; }
   bool isGeneralized() const { return result_.metric == Metric::Generalized; }
+  /// Whether increments are asked of the matcher for listed pairs as well.
+  bool solvesSystem() const
+  {
+    return isGeneralized() || (planes_ && matches_on_device_) || loss_.function != LossFunction::None ||
+           motions_ != Motions::Rigid;
+  }
+  bool matcherEstimates() const { return increment_from_matching_ || solvesSystem(); }
   /// From listed pairs, where the metric is Point.
-  bool usesEstimator() const { return estimatesOnDevice() && !increment_from_matching_ && !isGeneralized(); }
+  bool usesEstimator() const { return estimatesOnDevice() && !matcherEstimates(); }
   const Device& device();
   Points takingPart() const { return search::pointsOf(*this->input_, finite_indices_.get()); }
   bool usesAllPoints() const { return this->indices_->size() == this->input_->size(); }
@@ -202,6 +219,8 @@ private:
   Pipeline pipeline_ = Pipeline::Fused;
   bool generalized_ = false;                       ///< the metric asked for; Plane is an estimator's,
   typename PlaneEstimation::Ptr plane_estimation_; ///< of which this is the own one
+  Loss loss_;
+  Motions motions_ = Motions::Rigid;
   CorrespondenceSearch search_ = CorrespondenceSearch::PclKdTree;
   bool accelerated_ = false;
   unsigned int threads_ = 0;

@@ -1,9 +1,12 @@
 #pragma once
 
+#include <pcl_gpu_icp/loss.h>
+#include <pcl_gpu_icp/motions.h>
 #include <pcl_gpu_icp/rigid_estimator.h>
 #include <pcl_gpu_icp/search/nearest_index.h>
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 namespace pcl_gpu_icp {
@@ -12,8 +15,10 @@ namespace pcl_gpu_icp {
 struct Matches {
   std::size_t searched = 0;         ///< source points whose match had to be searched for
   double mean_squared_distance = 0; ///< over the matched points, before the increment
-  double mean_squared_residual = 0; ///< of what the increment makes small: the same, to planes, or by information
-  Estimate increment;               ///< takes the matched source points at the pose on to their target points
+  /// Of what the increment makes small: the same, to planes, or by information; with a loss of what it makes of them.
+  double mean_squared_residual = 0;
+  double loss_scale = 0; ///< 0: no loss
+  Estimate increment;    ///< takes the matched source points at the pose on to their target points
 };
 
 /// The target of matchers: its points on a device, in the tree that is searched there or on the host. Never changes,
@@ -28,8 +33,13 @@ class PCL_GPU_ICP_API Matcher {
 public:
   /// \param search whose kernels are built here, so that one that does not compile shows and no match waits for it
   /// \param precision Double is used where the device has it; precision() tells what runs
-  /// \param metric Plane and Generalized build in addition what their increments will need
-  Matcher(const Device& device, CorrespondenceSearch search, Precision precision, Metric metric = Metric::Point);
+  /// \param metric of the increments, with the loss and the motions: what these need is built in addition
+  Matcher(const Device& device,
+          CorrespondenceSearch search,
+          Precision precision,
+          Metric metric = Metric::Point,
+          const Loss& loss = {},
+          Motions motions = Motions::Rigid);
   ~Matcher();
   Matcher(Matcher&&) noexcept;
   Matcher& operator=(Matcher&&) noexcept;
@@ -65,6 +75,11 @@ public:
   void setTargetCovariances(const Points& covariances);
   void setSourceCovariances(const Points& covariances);
 
+  /// What increments weigh pairs by and what motions they are, from now on; at first no loss and all six.
+  /// \throws InvalidArgument for a scale that is none
+  void setLoss(const Loss& loss);
+  void setMotions(Motions motions);
+
   /// Distinct finite target points.
   std::size_t targetSize() const;
 
@@ -83,12 +98,15 @@ public:
   /// the source at `pose`.
   std::vector<Correspondence> correspondences(const RigidTransform& pose) const;
 
-  /// The increment from some of the last matches, where covariances are set, and what it makes small; the rest of the
-  /// result is empty.
+  /// The increment from some of the last matches, where normals, covariances, a loss or motions are set, and what it
+  /// makes small; the rest of the result is empty.
   /// \param kept one entry of correspondences() for each source point that is meant
   /// \param pose that they were matched at
-  /// \throws InvalidArgument when no covariances are set, or for a source point that there is not
+  /// \throws InvalidArgument when nothing of these is set, or for a source point that there is not
   Matches estimate(const std::vector<Correspondence>& kept, const RigidTransform& pose);
+
+  /// Of the pairs that the last increment was of, with the source at `pose`; none where they are too few.
+  std::optional<Uncertainty> uncertainty(const RigidTransform& pose);
 
   /// The pivot that the source's coordinates are kept about on the device: where a rounded transform must be exact.
   const std::array<double, 3>& sourcePivot() const;
@@ -111,5 +129,11 @@ PCL_GPU_ICP_API double meanSquaredDistance(const std::vector<Correspondence>& co
                                            const Points& source,
                                            const Points& target,
                                            const RigidTransform& pose);
+
+/// Of point-to-point pairs, with the source at `pose`; none where they are too few.
+PCL_GPU_ICP_API std::optional<Uncertainty> pointUncertainty(const std::vector<Correspondence>& correspondences,
+                                                            const Points& source,
+                                                            const Points& target,
+                                                            const RigidTransform& pose);
 
 } // namespace pcl_gpu_icp

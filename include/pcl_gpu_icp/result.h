@@ -1,11 +1,15 @@
 #pragma once
 
 #include <pcl_gpu_icp/device.h>
+#include <pcl_gpu_icp/loss.h>
+#include <pcl_gpu_icp/motions.h>
+#include <pcl_gpu_icp/uncertainty.h>
 
 #include <array>
 #include <cstddef>
 #include <exception>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -37,10 +41,12 @@ enum class Precision { Float, Double };
 /// What the pairs leave undetermined.
 enum class Degeneracy {
   None,
-  Sliding, ///< point-to-plane: motions along the surface, such as within a plane, are left as they were
-  Line,    ///< all pairs on one line: the rotation about it is left as it was
-  Point,   ///< all pairs at one point: only the translation is determined
-  Empty,   ///< no pairs: the identity
+  /// Point-to-plane, GICP: motions along the surface, such as within a plane, which the pairs tell no more of than the
+  /// noise of the points. What their rounding alone does not tell is left as it was.
+  Sliding,
+  Line,  ///< all pairs on one line: the rotation about it is left as it was
+  Point, ///< all pairs at one point: only the translation is determined
+  Empty, ///< no pairs: the identity
 };
 
 /// Why an alignment ended. The names follow pcl::registration::DefaultConvergenceCriteria.
@@ -111,7 +117,10 @@ struct AlignmentResult {
   double truncated_rmse_before = 0;
   double truncated_rmse = 0; ///< at the final transformation: where this is less, the alignment improved
   Degeneracy degeneracy = Degeneracy::None;
-  int free_motions = 0;           ///< how many motions Degeneracy::Sliding stands for
+  int free_motions = 0; ///< how many motions Degeneracy::Sliding stands for
+  /// At the final transformation. None where there are too few pairs, or an estimation or, for point-to-plane, a search
+  /// of the caller's.
+  std::optional<Uncertainty> uncertainty;
   std::size_t source_points = 0;  ///< source points that took part
   std::size_t source_dropped = 0; ///< source points that are not finite or beyond largest_coordinate
   std::size_t target_points = 0;  ///< distinct target points that took part; coincident ones count once
@@ -121,6 +130,9 @@ struct AlignmentResult {
   Pipeline pipeline = Pipeline::Fused;
   Precision precision = Precision::Float;
   Metric metric = Metric::Point; ///< with an estimator of the caller's other than point-to-plane, Point as well
+  Loss loss;
+  double loss_scale = 0; ///< of the last iteration; 0: there was no loss
+  Motions motions = Motions::Rigid;
   CorrespondenceSearch search = CorrespondenceSearch::PclKdTree;
   unsigned threads = 1;               ///< host threads that searched
   std::vector<StageRequest> requests; ///< of the last iteration

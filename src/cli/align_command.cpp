@@ -2,11 +2,13 @@
 #include "cli/cloud_file.h"
 #include "cli/cloud_pair.h"
 #include "cli/commands.h"
+#include "cli/guess.h"
 #include "cli/icp_settings.h"
 #include "cli/interruption.h"
 #include "cli/live_line.h"
 #include "cli/options.h"
 #include "cli/output_file.h"
+#include "cli/start_search.h"
 
 #include "report/format.h"
 #include "report/matrix.h"
@@ -88,6 +90,23 @@ Device timedSelect(StageTimes& times, const AlignOptions& options)
   return Device::select(options.device);
 }
 
+std::optional<report::SearchedGuess>
+timedSearch(StageTimes& times, CloudPair& pair, const AlignOptions& options, const Device& device)
+{
+  if (!options.guess || !asksForSearch(*options.guess))
+    return std::nullopt;
+  LiveLine line(!options.quiet);
+  const Stopwatch watch(times, "guess");
+  const std::size_t known = pair.warnings.size();
+  const auto searched = searchGuess(pair, options, device, 0, [&line](std::size_t done, std::size_t all) {
+    line.show(report::format("searching for a guess: %zu of %zu groups of starts", done, all));
+  });
+  line.clear();
+  if (!options.quiet)
+    print(Warnings(pair.warnings.begin() + static_cast<std::ptrdiff_t>(known), pair.warnings.end()));
+  return searched;
+}
+
 std::optional<double> timedFitness(StageTimes& times, Icp& icp)
 {
   const Stopwatch watch(times, "fitness");
@@ -128,14 +147,16 @@ ExitCode align(const AlignOptions& options)
   std::optional<Stopwatch> total(std::in_place, report.command_times, "total");
 
   std::optional<Cloud> source_file;
-  const CloudPair pair = timedRead(report.command_times, options, source_file);
+  CloudPair pair = timedRead(report.command_times, options, source_file);
   if (!options.quiet)
     print(pair.warnings);
   const Warnings left_out = outputs.cloud ? checkWritable(*source_file, options.output) : Warnings();
   if (!options.quiet)
     print(left_out);
+  const Device device = timedSelect(report.command_times, options);
+  report.searched_guess = timedSearch(report.command_times, pair, options, device);
   Icp icp;
-  runIcp(icp, pair, options, timedSelect(report.command_times, options));
+  runIcp(icp, pair, options, device);
   report.result = icp.getResult();
   requireNoError(report.result);
   report.fitness_score = timedFitness(report.command_times, icp);

@@ -81,16 +81,20 @@ void describe(report::AlignmentReport& report,
   report.target_points = pair.target->counts;
   report.target_points.coincident = report.result.target_dropped;
   report.target_points.used = report.result.target_points;
+  if (report.result.uncertainty)
+    for (int axis = 0; axis < 3; ++axis)
+      report.result.uncertainty->centre[axis] += pair.target->origin[axis];
   if (verdictOf(report) == report::Verdict::TooFewPairs)
     report.nearest_distance = nearestDistance(pair, transform);
 }
 
 CloudPair readPair(const AlignmentOptions& options, const ReadPrepared& prepared)
 {
-  const RigidTransform guess = options.guess ? readGuess(*options.guess) : RigidTransform();
+  const bool given = options.guess && !asksForSearch(*options.guess);
+  const RigidTransform guess = given ? readGuess(*options.guess) : RigidTransform();
   auto source = prepared(options.source);
   CloudPair pair(std::move(source), prepared(options.target), guess);
-  if (options.guess)
+  if (given)
     if (const auto warning = fewDigits(guess, *options.guess))
       pair.warnings.push_back(*warning);
   append(pair.warnings, pair.source->warnings);

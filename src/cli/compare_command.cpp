@@ -1,5 +1,6 @@
 #include "cli/cloud_pair.h"
 #include "cli/commands.h"
+#include "cli/guess.h"
 #include "cli/icp_settings.h"
 #include "cli/interruption.h"
 #include "cli/options.h"
@@ -184,6 +185,10 @@ ExitCode compare(const CompareOptions& options)
   if (options.metric == Metric::Generalized && (options.trim || options.reciprocal))
     throw Failure(ExitCode::Usage,
                   "--metric gicp: stock PCL's ignores --trim and --reciprocal, so there is nothing to compare");
+  if (options.loss.function != LossFunction::None || options.motions != Motions::Rigid)
+    throw Failure(ExitCode::Usage, "--loss and --motions: stock PCL has neither, so there is nothing to compare");
+  if (options.guess && asksForSearch(*options.guess))
+    throw Failure(ExitCode::Usage, "--guess auto: stock PCL has no search, so there is nothing to compare");
   std::unique_ptr<OutputFile> json;
   if (!options.json.empty() && options.json != "-")
     json = std::make_unique<OutputFile>("--json", options.json, options.force);

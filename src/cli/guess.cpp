@@ -119,8 +119,12 @@ std::vector<std::string> joinGuess(std::vector<std::string> arguments)
   return arguments;
 }
 
+bool asksForSearch(const std::string& argument) { return argument == "auto"; }
+
 bool namesFile(const std::string& argument)
 {
+  if (asksForSearch(argument))
+    return false;
   std::string_view words(argument);
   words.remove_prefix(std::min(words.find_first_not_of(number_separators), words.size()));
   return !parseNumber<double>(nextWord(words, " \t\r\n,;")); // "[0]pose.txt" is a name

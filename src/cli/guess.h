@@ -13,7 +13,10 @@ namespace pcl_gpu_icp::cli {
 /// for them.
 std::vector<std::string> joinGuess(std::vector<std::string> arguments);
 
-/// Whether such an argument is the name of a file, and not numbers.
+/// Whether such an argument asks for a guess to be searched for; a file of that name is ./auto.
+bool asksForSearch(const std::string& argument);
+
+/// Whether it is the name of a file, and not numbers.
 bool namesFile(const std::string& argument);
 
 /// The rigid transform that a text has: a 4x4 matrix row by row, whose last row may be left out, with blanks, commas,

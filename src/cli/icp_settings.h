@@ -45,6 +45,8 @@ void applyPluginSettings(IterativeClosestPoint<PointT, PointT, Scalar>& icp,
   icp.setAndersonAcceleration(options.anderson);
   icp.setNumberOfThreads(options.threads);
   icp.setMetric(options.metric);
+  icp.setLoss(options.loss);
+  icp.setMotions(options.motions);
 }
 
 /// Throws what ended an alignment.

@@ -7,6 +7,33 @@
 namespace pcl_gpu_icp::cli {
 namespace {
 
+/// NAME or NAME:SCALE.
+Loss parseLoss(const std::string& text)
+{
+  constexpr LossFunction functions[] = {LossFunction::None,
+                                        LossFunction::Huber,
+                                        LossFunction::Cauchy,
+                                        LossFunction::GemanMcClure,
+                                        LossFunction::Tukey,
+                                        LossFunction::Welsch};
+  const auto colon = text.find(':');
+  const std::string name = text.substr(0, colon);
+  std::string names;
+  for (const LossFunction function : functions) {
+    names += (names.empty() ? "" : "|") + std::string(toString(function));
+    if (name != toString(function))
+      continue;
+    if (colon == std::string::npos)
+      return {function};
+    const auto scale = parseNumber<double>(text.substr(colon + 1));
+    constexpr double least = 1e-18, most = 1e18; // of which float32 holds the squares
+    if (function == LossFunction::None || !scale || !(*scale >= least && *scale <= most))
+      throw CLI::ValidationError("--loss", text + " has no number from 1e-18 to 1e18 as its scale");
+    return {function, *scale};
+  }
+  throw CLI::ValidationError("--loss", name + " is not " + names);
+}
+
 CLI::Validator numberIn(const std::string& description, bool (*accepts)(double))
 {
   return CLI::Validator(
@@ -42,8 +69,8 @@ void addPairOptions(CLI::App& command, AlignmentOptions& options)
       .add_option("--guess",
                   options.guess,
                   "initial transform: a 4x4 matrix or its first three rows, row by row, or x y z qx qy qz qw; a file "
-                  "or the numbers")
-      ->type_name("FILE|NUMBERS");
+                  "or the numbers; or auto, to search for it")
+      ->type_name("FILE|NUMBERS|auto");
   command
       .add_option("--max-distance", options.max_distance, "ignore correspondences farther apart (default: no limit)")
       ->check(positiveNumber())
@@ -97,6 +124,23 @@ void addPairOptions(CLI::App& command, AlignmentOptions& options)
       "what is made small: point, the distances between points (the default); plane, those to the planes through the "
       "target's points, whose normals are estimated from the 20 nearest; or gicp, both clouds' surfaces against each "
       "other (Generalized ICP): fewer iterations, on another path");
+  command
+      .add_option_function<std::string>(
+          "--loss",
+          [&options](const std::string& text) { options.loss = parseLoss(text); },
+          "make pairs that are far apart pull less: none (the default), huber, cauchy, geman-mcclure, tukey or welsch, "
+          "with its scale (a distance; for gicp a number) as in cauchy:0.1; without one it follows from the median of "
+          "each iteration's residuals")
+      ->type_name("LOSS[:SCALE]");
+  addChoice(command,
+            "--motions",
+            options.motions,
+            {{toString(Motions::Rigid), Motions::Rigid},
+             {toString(Motions::Planar), Motions::Planar},
+             {toString(Motions::Yaw), Motions::Yaw},
+             {toString(Motions::Translation), Motions::Translation}},
+            "how the source may move from the guess, in the target's frame: rigid, all six ways (the default); planar, "
+            "along x and y and about z; yaw, along x, y and z and about z; or translation, without a turn");
   addChoice(command,
             "--search",
             options.search,

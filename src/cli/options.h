@@ -26,6 +26,8 @@ struct AlignmentOptions {
   std::optional<double> trim;
   bool drop_zero_returns = false;
   Metric metric = Metric::Point;
+  Loss loss;
+  Motions motions = Motions::Rigid;
   CorrespondenceSearch search = CorrespondenceSearch::PclKdTree;
   Pipeline pipeline = Pipeline::Fused;
   std::string device;

@@ -61,7 +61,8 @@ std::string PairOptions::checked(const std::string& name, const std::string& tex
     throw std::invalid_argument(name + ": " + text + " is not true or false");
   try {
     const AlignmentOptions options = parse({{name, result}});
-    if (options.guess && !namesFile(*options.guess)) // a file is read when its turn comes
+    if (options.guess && !asksForSearch(*options.guess) &&
+        !namesFile(*options.guess)) // a file is read when its turn comes
       readGuess(*options.guess);
   } catch (const CLI::ParseError& error) {
     const std::string what = error.what();

@@ -2,6 +2,7 @@
 
 #include "cli/failure.h"
 #include "cli/icp_settings.h"
+#include "cli/start_search.h"
 
 #include <pcl_gpu_icp/error.h>
 #include <pcl_gpu_icp/stopwatch.h>
@@ -37,8 +38,10 @@ BatchResult PairTask::align(DeviceLane& lane)
   report.target = pair_->identity.target;
   std::optional<Stopwatch> total(std::in_place, report.command_times, "total");
   std::optional<Stopwatch> reading(std::in_place, report.command_times, "read");
-  const CloudPair clouds = read();
+  CloudPair clouds = read();
   reading.reset();
+  constexpr unsigned one_lane = 1; // this one: the others have pairs of their own
+  report.searched_guess = searchGuess(clouds, options, lane.device, one_lane);
   IterativeClosestPoint<pcl::PointXYZ, pcl::PointXYZ, double> icp;
   applySettings(icp, options);
   applyPluginSettings(icp, options, lane.device);

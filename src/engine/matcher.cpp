@@ -8,6 +8,7 @@
 #include "stages/launch.h"
 #include "stages/match.h"
 #include "system_increment.h"
+#include "uncertainty_internals.h"
 #include "values_at.h"
 
 #include <pcl_gpu_icp/error.h>
@@ -146,13 +147,56 @@ struct Matcher::Implementation {
     }
   }
 
-  /// Puts the increment of normal equations in place of the five stages'.
-  void solveSystem(const RigidTransform& pose, Matches& matches)
+  /// Whether increments are those of normal equations, and not the five stages'.
+  bool solvesSystem() const { return (system && system->metric() != Metric::Point) || !objective.isPlain(); }
+
+  /// Puts the increment of normal equations over `pairs` in the place of the one there.
+  void solveSystem(const RigidTransform& pose, const opencl::Buffer& pairs, Matches& matches)
   {
-    const std::size_t pairs = matches.increment.pairs;
-    matches.increment = system->estimate(queue, precision, source_rows, pose, stage.matches(), target->on_device);
-    matches.increment.pairs = pairs;
+    paired = &pairs;
+    if (!system)
+      measureBy([&](SystemIncrement& points) { points.setPoints(target->cloud.points, target->cloud.pivot); });
+    const std::size_t count = matches.increment.pairs;
+    matches.increment = system->estimate(queue, precision, source_rows, pose, pairs, target->on_device, objective);
+    matches.increment.pairs = count;
     matches.mean_squared_residual = system->meanSquaredDistance();
+    matches.loss_scale = system->lossScale();
+  }
+
+  /// Pairs as points, with the source at a pose.
+  PointPairs pointsOf(const opencl::Buffer& pairs, const RigidTransform& pose)
+  {
+    PointPairs points(pose(0, 0, 0));
+    queue.download(pairs, source.points.size() * sizeof(cl_int), [&](const void* memory) {
+      const auto* matches = static_cast<const cl_int*>(memory);
+      for (std::size_t i = 0; i < source.points.size(); ++i)
+        if (matches[i] >= 0) {
+          const float* p = source.points[i].xyz;
+          const auto moved = pose(p[0], p[1], p[2]);
+          points.add(moved, squaredDistance(moved, target->cloud.points[matches[i]].xyz));
+        }
+    });
+    return points;
+  }
+
+  std::optional<Uncertainty> uncertainty(const RigidTransform& pose)
+  {
+    if (!solvesSystem())
+      return pointsOf(stage.matches(), pose)
+          .uncertainty(std::sqrt(static_cast<double>(source.rounding) * target->cloud.rounding));
+    if (!system || !paired)
+      return std::nullopt;
+    const PointPairs points = pointsOf(*paired, pose);
+    return system->uncertainty(
+        queue, precision, source_rows, pose, *paired, target->on_device, objective, points, target->spacing);
+  }
+
+  /// The increment in the callers' frames.
+  void complete(Estimate& increment, const DevicePose& pose) const
+  {
+    pose.completeIncrement(increment);
+    if (increment.pairs > 0)
+      increment.transform = restricted(increment.transform, objective.motions, increment.sourceCentroid());
   }
 
   /// What the sums on the device amount to.
@@ -210,10 +254,17 @@ struct Matcher::Implementation {
 
   stages::Match stage;
   opencl::Buffer summary{"match summary"}, kept_matches{"kept matches"};
-  std::optional<SystemIncrement> system; ///< makes the increments in place of the five stages
+  const opencl::Buffer* paired = nullptr; ///< what normal equations were solved for last
+  std::optional<SystemIncrement> system;  ///< makes the increments where they are not the five stages'
+  Objective objective;
 };
 
-Matcher::Matcher(const Device& device, CorrespondenceSearch search, Precision precision, Metric metric)
+Matcher::Matcher(const Device& device,
+                 CorrespondenceSearch search,
+                 Precision precision,
+                 Metric metric,
+                 const Loss& loss,
+                 Motions motions)
 : Matcher(makeMatcher(device, opencl::Traits::of(device.info()), precision))
 {
   const float points[] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
@@ -234,6 +285,8 @@ Matcher::Matcher(const Device& device, CorrespondenceSearch search, Precision pr
     setTargetCovariances(covariances);
     setSourceCovariances(covariances);
   }
+  setLoss(loss);
+  setMotions(motions);
   match({}, 1);
   meanSquaredDistance({});
   takeTimes();
@@ -289,6 +342,7 @@ void Matcher::setTarget(std::shared_ptr<const MatchTarget> target)
 {
   Implementation& self = *implementation_;
   self.system.reset();
+  self.paired = nullptr;
   self.target = std::move(target);
   self.stage.restart(self.queue, self.source_rows);
 }
@@ -327,6 +381,14 @@ void Matcher::setSourceCovariances(const Points& covariances)
   self.system->setSourceCovariances(self.queue, in_order, self.source_rows);
 }
 
+void Matcher::setLoss(const Loss& loss)
+{
+  requireValid(loss);
+  implementation_->objective.loss = loss;
+}
+
+void Matcher::setMotions(Motions motions) { implementation_->objective.motions = motions; }
+
 void Matcher::setSource(const Points& source)
 {
   Implementation& self = *implementation_;
@@ -341,6 +403,7 @@ void Matcher::setSource(const Points& source)
   self.motion.restart(points);
   if (self.system)
     self.system->setSource(points);
+  self.paired = nullptr;
   self.stage.restart(self.queue, self.source_rows);
 }
 
@@ -374,9 +437,9 @@ Matches Matcher::match(const RigidTransform& pose, float max_squared_distance, b
   else
     matches.increment.degeneracy = Degeneracy::Empty;
   matches.mean_squared_residual = matches.mean_squared_distance;
-  if (with_increment && self.system && matches.increment.pairs > 0)
-    self.solveSystem(pivoted, matches);
-  device_pose.completeIncrement(matches.increment);
+  if (with_increment && self.solvesSystem() && matches.increment.pairs > 0)
+    self.solveSystem(pivoted, self.stage.matches(), matches);
+  self.complete(matches.increment, device_pose);
   return matches;
 }
 
@@ -417,8 +480,8 @@ std::vector<Correspondence> Matcher::correspondences(const RigidTransform& pose)
 Matches Matcher::estimate(const std::vector<Correspondence>& kept, const RigidTransform& pose)
 {
   Implementation& self = *implementation_;
-  if (!self.system || self.system->metric() != Metric::Generalized)
-    throw InvalidArgument("an increment from some of the matches needs covariances");
+  if (!self.solvesSystem())
+    throw InvalidArgument("an increment from some of the matches needs normals, covariances, a loss or motions");
   const DevicePose device_pose = self.onDevice(pose);
   Matches result;
   Estimate& estimate = result.increment;
@@ -440,13 +503,23 @@ Matches Matcher::estimate(const std::vector<Correspondence>& kept, const RigidTr
     self.queue.upload(self.kept_matches, matches.size() * sizeof(cl_int), [&](void* memory) {
       std::copy(matches.begin(), matches.end(), static_cast<cl_int*>(memory));
     });
-    estimate = self.system->estimate(
-        self.queue, self.precision, self.source_rows, device_pose.pivoted(), self.kept_matches, self.target->on_device);
     estimate.pairs = kept.size();
-    result.mean_squared_residual = self.system->meanSquaredDistance();
+    self.solveSystem(device_pose.pivoted(), self.kept_matches, result);
   }
-  device_pose.completeIncrement(estimate);
+  self.complete(estimate, device_pose);
   return result;
+}
+
+std::optional<Uncertainty> Matcher::uncertainty(const RigidTransform& pose)
+{
+  Implementation& self = *implementation_;
+  if (self.source_rows.count == 0)
+    return std::nullopt;
+  auto uncertainty = self.uncertainty(self.onDevice(pose).pivoted());
+  if (uncertainty)
+    for (int axis = 0; axis < 3; ++axis)
+      uncertainty->centre[axis] += self.target->cloud.pivot[axis];
+  return uncertainty;
 }
 
 std::size_t Matcher::deviceBytes() const

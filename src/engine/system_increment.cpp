@@ -1,7 +1,10 @@
 #include "system_increment.h"
 
+#include "loss_internals.h"
 #include "search/bulk.h"
 #include "solution.h"
+#include "symmetric_eigen.h"
+#include "uncertainty_internals.h"
 #include "values_at.h"
 
 #include <pcl_gpu_icp/error.h>
@@ -38,6 +41,19 @@ std::vector<std::array<float, width>> inOrder(const std::vector<PlacedPoint>& ta
   return in_order;
 }
 
+/// What of the information of two points with such a covariance is along the direction that it is greatest in.
+double tangentialShare(const stages::Covariance& c)
+{
+  SquareMatrix<3> matrix{{{c[0], c[1], c[2]}, {c[1], c[3], c[4]}, {c[2], c[4], c[5]}}};
+  diagonalise(matrix);
+  double sum = 0, least = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < 3; ++i) {
+    sum += 1 / matrix[i][i];
+    least = std::min(least, 1 / matrix[i][i]);
+  }
+  return least / sum;
+}
+
 /// Of the increment, in the frame that it is estimated in.
 RigidTransform motionOf(const Estimate& estimate) { return {estimate.stages.R, estimate.stages.t}; }
 
@@ -57,6 +73,14 @@ void SystemIncrement::measureRounding(const std::vector<PlacedPoint>& target, co
     rounding_[axis] = largest[axis] * std::numeric_limits<float>::epsilon() / 2;
 }
 
+bool Objective::isPlain() const { return !weighs(loss) && motions == Motions::Rigid; }
+
+void SystemIncrement::setPoints(const std::vector<PlacedPoint>& target, const std::array<double, 3>& pivot)
+{
+  metric_ = Metric::Point;
+  measureRounding(target, pivot);
+}
+
 void SystemIncrement::setNormals(opencl::Queue& queue,
                                  const std::vector<PlacedPoint>& target,
                                  const std::array<double, 3>& pivot,
@@ -74,7 +98,16 @@ void SystemIncrement::setTargetCovariances(opencl::Queue& queue,
 {
   metric_ = Metric::Generalized;
   measureRounding(target, pivot);
-  stages::packTargetCovariances(queue, inOrder<COVARIANCE_ROWS>(target, covariances), own_);
+  const auto in_order = inOrder<COVARIANCE_ROWS>(target, covariances);
+  stages::packTargetCovariances(queue, in_order, own_);
+  constexpr std::size_t samples = 256;
+  const std::size_t step = in_order.size() / samples + 1;
+  std::vector<double> shares;
+  for (std::size_t i = 0; i < in_order.size(); i += step)
+    shares.push_back(tangentialShare(in_order[i]));
+  const auto middle = shares.begin() + static_cast<std::ptrdiff_t>(shares.size() / 2);
+  std::nth_element(shares.begin(), middle, shares.end());
+  tangential_ = shares.empty() ? 0 : *middle;
 }
 
 void SystemIncrement::setSource(const std::vector<PlacedPoint>& source)
@@ -111,22 +144,42 @@ System SystemIncrement::systemAt(opencl::Queue& queue,
                                  const RigidTransform& pose,
                                  const RigidTransform& turn,
                                  const opencl::Buffer& matches,
-                                 const stages::TargetPoints& target)
+                                 const stages::TargetPoints& target,
+                                 const Objective& objective,
+                                 std::vector<float>* residuals)
 {
   const bool is_double = precision == Precision::Double;
   const std::size_t real_bytes = is_double ? sizeof(double) : sizeof(float);
   System system;
+  system.motions = objective.motions;
   system.centre = pose(lever_.centre[0], lever_.centre[1], lever_.centre[2]);
   for (double& coordinate : system.centre)
     coordinate = rounded<float>(coordinate);
   system.length = lever_.length > 0 ? lever_.length : 1;
 
   queue.reserve(total_, SYSTEM_SUMS * real_bytes);
-  stage_.enqueue(queue, metric_, source, pose, turn, matches, target, own_, system.centre, real_bytes, total_);
+  stage_.enqueue(queue,
+                 metric_,
+                 source,
+                 pose,
+                 turn,
+                 matches,
+                 target,
+                 own_,
+                 system.centre,
+                 weighs(objective.loss) ? objective.loss : Loss{},
+                 residuals != nullptr,
+                 real_bytes,
+                 total_);
   system.sums = is_double ? download<double>(queue, total_) : download<float>(queue, total_);
   requireFinite(system.sums, precision, metric_);
   system.row_noise = rowNoise(system);
   system.sum_noise = 8 * (is_double ? std::numeric_limits<double>::epsilon() : std::numeric_limits<float>::epsilon());
+  if (residuals)
+    queue.download(stage_.residuals(), source.count * sizeof(float), [&](const void* memory) {
+      const auto* values = static_cast<const float*>(memory);
+      residuals->assign(values, values + source.count);
+    });
   return system;
 }
 
@@ -135,7 +188,8 @@ Estimate SystemIncrement::estimate(opencl::Queue& queue,
                                    const stages::SourcePoints& source,
                                    const RigidTransform& pose,
                                    const opencl::Buffer& matches,
-                                   const stages::TargetPoints& target)
+                                   const stages::TargetPoints& target,
+                                   const Objective& objective)
 {
   // The cost is quadratic in the shift; what a step leaves over is of the order of its angle squared.
   constexpr double linear_angle = 1e-3;
@@ -144,9 +198,16 @@ Estimate SystemIncrement::estimate(opencl::Queue& queue,
   if (metric_ == Metric::Generalized && source_covariances_ != source_points_)
     throw InvalidArgument("the source's points are " + std::to_string(source_points_) + ", its covariances " +
                           std::to_string(source_covariances_));
-  System system = systemAt(queue, precision, source, pose, pose, matches, target);
-  const double weight = system.weight();
-  mean_squared_distance_ = weight > 0 ? system.cost() / weight : 0;
+  Objective sought = objective;
+  if (weighs(sought.loss) && sought.loss.scale == 0) {
+    std::vector<float> residuals;
+    systemAt(queue, precision, source, pose, pose, matches, target, {{}, objective.motions}, &residuals);
+    sought.loss.scale = scaleFrom(residuals, sought.loss.function);
+  }
+  loss_scale_ = weighs(sought.loss) ? sought.loss.scale : 0;
+  System system = systemAt(queue, precision, source, pose, pose, matches, target, sought);
+  const double trace = system.unweighedTrace() / (metric_ == Metric::Point ? 3 : 1);
+  mean_squared_distance_ = trace > 0 ? system.cost() / trace : 0;
   Estimate step = solved(system);
   if (metric_ == Metric::Plane)
     return step;
@@ -156,7 +217,8 @@ Estimate SystemIncrement::estimate(opencl::Queue& queue,
   double share = 1;
   for (int steps = 1; steps < steps_at_most && angleOf(motionOf(step)) > linear_angle; ++steps) {
     const RigidTransform next = compose(motionOf(step), done);
-    const System there = systemAt(queue, precision, source, inFloat(compose(next, pose)), pose, matches, target);
+    const System there =
+        systemAt(queue, precision, source, inFloat(compose(next, pose)), pose, matches, target, sought);
     const bool better = there.cost() <= system.cost();
     if (better) {
       system = there;
@@ -171,6 +233,54 @@ Estimate SystemIncrement::estimate(opencl::Queue& queue,
   step.stages.source_centroid = centre;
   step.stages.target_centroid = motion(centre[0], centre[1], centre[2]);
   return step;
+}
+
+std::optional<Uncertainty> SystemIncrement::uncertainty(opencl::Queue& queue,
+                                                        Precision precision,
+                                                        const stages::SourcePoints& source,
+                                                        const RigidTransform& pose,
+                                                        const opencl::Buffer& matches,
+                                                        const stages::TargetPoints& target,
+                                                        const Objective& objective,
+                                                        const PointPairs& points,
+                                                        double spacing)
+{
+  Objective sought = objective;
+  sought.loss.scale = loss_scale_;
+  std::vector<float> residuals;
+  const System system = systemAt(queue, precision, source, pose, pose, matches, target, sought, &residuals);
+  double robust = robustDeviation(residuals);
+  // A plane's residual is one number, and so nearly is GICP's, which the direction across the surface makes up.
+  const std::size_t numbers = (metric_ == Metric::Point ? 3 : 1) * residuals.size();
+  const auto allowed = unknownsOf(objective.motions);
+  const auto unknowns = static_cast<std::size_t>(std::count(allowed.begin(), allowed.end(), true));
+  if (numbers <= unknowns)
+    return std::nullopt;
+  Spectrum spectrum;
+  if (metric_ == Metric::Point) {
+    robust *= 0.6745 / 1.5382; // the medians of one normally distributed number and of the length of three
+    spectrum = spectrumOf(system);
+  }
+  else {
+    // What the pairs that fit tell: where a normal is wrong, as at an edge, the pair does not.
+    const Loss fits{LossFunction::Tukey, scaleFrom(residuals, LossFunction::Tukey)};
+    const System fitting = systemAt(queue, precision, source, pose, pose, matches, target, {fits, objective.motions});
+    // The slope of a plane through 20 points, their noise over the distance between neighbours: what turns normals, and
+    // with them tells of motions along the surface. What is no more than twice that is not told. Without any noise
+    // normals are still off where surfaces meet; and with more than that, or from a pose that
+    // is off itself, they are not off by more than points tell.
+    constexpr double slope = 0.18, least = 0.01, greatest = 0.1, most = 2;
+    const auto pairs = static_cast<double>(residuals.size());
+    const double trace = system.unweighedTrace();
+    const double noise = trace > 0 ? robust * std::sqrt(pairs / trace) : 0;
+    const double of_normals = std::clamp(spacing > 0 ? slope * noise / spacing : 0, least, greatest);
+    const double nothing =
+        most * most * (of_normals * of_normals + tangential_) + fitting.row_noise * fitting.row_noise;
+    spectrum = spectrumAgainst(points.matrixAbout(system.centre), fitting, nothing * fitting.weight() / pairs);
+  }
+  const double sigma =
+      weighs(sought.loss) ? robust : std::sqrt(system.cost() / static_cast<double>(numbers - unknowns));
+  return uncertaintyOf(system, spectrum, sigma);
 }
 
 } // namespace pcl_gpu_icp

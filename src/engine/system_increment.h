@@ -4,15 +4,32 @@
 #include "system_solution.h"
 
 #include <pcl_gpu_icp/icp_loop.h>
+#include <pcl_gpu_icp/loss.h>
+#include <pcl_gpu_icp/motions.h>
 #include <pcl_gpu_icp/points.h>
 
+#include <optional>
 #include <vector>
 
 namespace pcl_gpu_icp {
 
-/// Estimation by six normal equations, for clouds on the device: point-to-plane and GICP.
+class PointPairs;
+
+/// What pairs weigh, and what an increment is sought among.
+struct Objective {
+  Loss loss;
+  Motions motions = Motions::Rigid;
+
+  /// Whether point-to-point has its closed solution.
+  bool isPlain() const;
+};
+
+/// Estimation by six normal equations, for clouds on the device.
 class SystemIncrement {
 public:
+  /// Point-to-point. As setNormals().
+  void setPoints(const std::vector<PlacedPoint>& target, const std::array<double, 3>& pivot);
+
   /// Point-to-plane.
   /// \param target the points in the order of the leaves
   /// \param pivot what they are about
@@ -39,40 +56,61 @@ public:
   Metric metric() const { return metric_; }
 
   /// The increment in the target's frame, about the target's pivot; `pairs` is left to the caller. Point-to-plane's is
-  /// the linearised one (Low 2004); GICP's is, for the pairs and their weights, the minimum (Gauss-Newton).
-  /// \param pose from the source's frame (about its pivot) to the target's
-  /// \throws InvalidArgument when the sums overflowed, or GICP has no covariances of the source
+  /// the linearised one (Low 2004); the others' is, for the pairs and their information, the minimum (Gauss-Newton;
+  /// with a loss iteratively reweighted). \param pose from the source's frame (about its pivot) to the target's \throws
+  /// InvalidArgument when the sums overflowed, or GICP has no covariances of the source
   Estimate estimate(opencl::Queue& queue,
                     Precision precision,
                     const stages::SourcePoints& source,
                     const RigidTransform& pose,
                     const opencl::Buffer& matches,
-                    const stages::TargetPoints& target);
+                    const stages::TargetPoints& target,
+                    const Objective& objective = {});
 
-  /// Of the last estimate's pairs, at the pose, in the clouds' unit squared: the mean square of the distance from
-  /// source point to plane (over those with a normal), or the squared distances' mean weighed by the pairs'
-  /// information.
+  /// Of such pairs at a pose; none where they are too few.
+  /// \param points the same pairs, as points
+  /// \param spacing of the target's points
+  std::optional<Uncertainty> uncertainty(opencl::Queue& queue,
+                                         Precision precision,
+                                         const stages::SourcePoints& source,
+                                         const RigidTransform& pose,
+                                         const opencl::Buffer& matches,
+                                         const stages::TargetPoints& target,
+                                         const Objective& objective,
+                                         const PointPairs& points,
+                                         double spacing);
+
+  /// Of the last estimate's pairs, at the pose, in the clouds' unit squared: the mean square of the distance between
+  /// points or from source point to plane (over those with a normal), or the squared distances' mean weighed by the
+  /// pairs' information. With a loss of what it makes of them.
   double meanSquaredDistance() const { return mean_squared_distance_; }
 
+  /// Of the last estimate's loss; 0 where there was none.
+  double lossScale() const { return loss_scale_; }
+
 private:
+  /// \param residuals those of the pairs as they are at the pose; null: they are not asked for
   System systemAt(opencl::Queue& queue,
                   Precision precision,
                   const stages::SourcePoints& source,
                   const RigidTransform& pose,
                   const RigidTransform& turn,
                   const opencl::Buffer& matches,
-                  const stages::TargetPoints& target);
+                  const stages::TargetPoints& target,
+                  const Objective& objective,
+                  std::vector<float>* residuals = nullptr);
   double rowNoise(const System& system) const;
   void measureRounding(const std::vector<PlacedPoint>& target, const std::array<double, 3>& pivot);
 
-  Metric metric_ = Metric::Plane;
-  Lever lever_; ///< of the source about its pivot
+  Metric metric_ = Metric::Point;
+  double tangential_ = 0; ///< the share of a pair's information that is along the surface; GICP
+  Lever lever_;           ///< of the source about its pivot
   std::size_t source_points_ = 0, source_covariances_ = 0;
   std::array<double, 3> rounding_{}; ///< half a unit in the last place of the target's largest coordinates
   stages::MetricPoints own_;
   stages::System stage_;
   opencl::Buffer total_{"normal equations"};
-  double mean_squared_distance_ = 0;
+  double mean_squared_distance_ = 0, loss_scale_ = 0;
 };
 
 } // namespace pcl_gpu_icp

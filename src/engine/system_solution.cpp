@@ -6,50 +6,6 @@ namespace pcl_gpu_icp {
 
 namespace {
 
-using Vector = std::array<double, 6>;
-using Matrix = std::array<Vector, 6>;
-
-/// Rotates rows or columns i and j: what the two-sided Jacobi rotation does to one of their entries.
-void rotate(double& a, double& b, double cosine, double sine)
-{
-  const double held = a;
-  a = cosine * held - sine * b;
-  b = sine * held + cosine * b;
-}
-
-/// Eigenvalues to the diagonal of the symmetric matrix, eigenvectors to the columns of the result: Jacobi's method
-/// (Golub and Van Loan, Matrix Computations, 8.5).
-Matrix diagonalise(Matrix& a)
-{
-  constexpr int sweeps_at_most = 32; // five or six are usual
-  Matrix vectors{};
-  for (int i = 0; i < 6; ++i)
-    vectors[i][i] = 1;
-  for (int sweep = 0; sweep < sweeps_at_most; ++sweep) {
-    int rotations = 0;
-    for (int i = 0; i < 5; ++i)
-      for (int j = i + 1; j < 6; ++j) {
-        // What double cannot add to the diagonal does not count.
-        if (std::abs(a[i][i]) + std::abs(a[i][j]) == std::abs(a[i][i]) &&
-            std::abs(a[j][j]) + std::abs(a[i][j]) == std::abs(a[j][j]))
-          continue;
-        ++rotations;
-        const double zeta = (a[j][j] - a[i][i]) / (2 * a[i][j]);
-        const double tangent = std::copysign(1.0, zeta) / (std::abs(zeta) + std::hypot(1.0, zeta));
-        const double cosine = 1 / std::hypot(1.0, tangent), sine = cosine * tangent;
-        for (int k = 0; k < 6; ++k)
-          rotate(a[k][i], a[k][j], cosine, sine);
-        for (int k = 0; k < 6; ++k)
-          rotate(a[i][k], a[j][k], cosine, sine);
-        for (int k = 0; k < 6; ++k)
-          rotate(vectors[k][i], vectors[k][j], cosine, sine);
-      }
-    if (rotations == 0)
-      break;
-  }
-  return vectors;
-}
-
 /// About x by alpha, then about y by beta, then about z by gamma.
 std::array<double, 9> rotationOf(double alpha, double beta, double gamma)
 {
@@ -68,43 +24,62 @@ std::array<double, 9> rotationOf(double alpha, double beta, double gamma)
 
 } // namespace
 
-Estimate solved(const System& system, double share_of_step)
+SquareMatrix<6> matrixOf(const System& system)
 {
-  // Rotations in units of what they move the lever's end by.
-  const double scale[6] = {1 / system.length, 1 / system.length, 1 / system.length, 1, 1, 1};
-  Matrix matrix{};
-  Vector right{};
+  SquareMatrix<6> matrix{};
   const double* sum = system.sums.data();
   for (int i = 0; i < 6; ++i)
     for (int j = i; j < 6; ++j)
-      matrix[i][j] = matrix[j][i] = *sum++ * scale[i] * scale[j];
-  for (int i = 0; i < 6; ++i)
-    right[i] = *sum++ * scale[i];
-  const Matrix vectors = diagonalise(matrix);
-  double largest = 0;
-  for (int i = 0; i < 6; ++i)
-    largest = std::fmax(largest, matrix[i][i]);
-  const double noise = system.weight() * system.row_noise * system.row_noise + largest * system.sum_noise;
+      matrix[i][j] = matrix[j][i] = *sum++;
+  return matrix;
+}
 
-  Estimate estimate;
-  Vector step{};
+Spectrum spectrumOf(const System& system)
+{
+  Spectrum spectrum;
+  spectrum.allowed = unknownsOf(system.motions);
+  std::array<double, 6> scale{};
+  for (int i = 0; i < 6; ++i)
+    scale[i] = !spectrum.allowed[i] ? 0 : i < 3 ? 1 / system.length : 1;
+  SquareMatrix<6> matrix = matrixOf(system);
+  for (int i = 0; i < 6; ++i)
+    for (int j = 0; j < 6; ++j)
+      matrix[i][j] *= scale[i] * scale[j];
+  spectrum.motions = diagonalise(matrix);
+  double largest = 0;
   for (int k = 0; k < 6; ++k) {
-    if (matrix[k][k] <= noise) {
+    spectrum.values[k] = matrix[k][k];
+    largest = std::fmax(largest, matrix[k][k]);
+    for (int i = 0; i < 6; ++i)
+      spectrum.motions[i][k] *= scale[i];
+  }
+  spectrum.noise = system.weight() * system.row_noise * system.row_noise + largest * system.sum_noise;
+  return spectrum;
+}
+
+Estimate solved(const System& system, double share_of_step)
+{
+  const Spectrum spectrum = spectrumOf(system);
+  const double* right = &system.sums[21];
+  Estimate estimate;
+  std::array<double, 6> step{};
+  for (int k = 0; k < 6; ++k) {
+    if (spectrum.isFree(k))
       ++estimate.free_motions;
+    if (!spectrum.isDetermined(k))
       continue;
-    }
     double share = 0;
     for (int i = 0; i < 6; ++i)
-      share += vectors[i][k] * right[i];
+      share += spectrum.motions[i][k] * right[i];
     for (int i = 0; i < 6; ++i)
-      step[i] += vectors[i][k] * share / matrix[k][k];
+      step[i] += spectrum.motions[i][k] * share / spectrum.values[k];
   }
   for (double& entry : step)
     entry *= share_of_step;
   estimate.degeneracy = estimate.free_motions > 0 ? Degeneracy::Sliding : Degeneracy::None;
 
   StageValues& values = estimate.stages;
-  values.R = rotationOf(step[0] * scale[0], step[1] * scale[1], step[2] * scale[2]);
+  values.R = rotationOf(step[0], step[1], step[2]);
   values.source_centroid = values.target_centroid = system.centre;
   for (int i = 0; i < 3; ++i) {
     values.target_centroid[i] += step[3 + i];

@@ -2,6 +2,7 @@
 
 #include "report/alignment_times.h"
 #include "report/matrix.h"
+#include "report/uncertainty_report.h"
 #include "report/verdict.h"
 
 namespace pcl_gpu_icp::report {
@@ -13,6 +14,25 @@ Json droppedJson(const PointCounts& points)
           {"zero_returns", points.zero_returns},
           {"downsampled", points.downsampled},
           {"coincident", points.coincident}};
+}
+
+Json lossJson(const AlignmentResult& result)
+{
+  if (result.loss.function == LossFunction::None)
+    return {};
+  return {{"function", toString(result.loss.function)},
+          {"scale", result.loss_scale > 0 ? Json(result.loss_scale) : Json()},
+          {"given", result.loss.scale > 0}};
+}
+
+Json guessJson(const AlignmentReport& report)
+{
+  if (!report.searched_guess)
+    return {};
+  const SearchedGuess& guess = *report.searched_guess;
+  return {{"starts", guess.starts},
+          {"score", guess.score},
+          {"next_score", guess.next_score ? Json(*guess.next_score) : Json()}};
 }
 
 } // namespace
@@ -29,6 +49,9 @@ Json alignmentJson(const AlignmentReport& report)
       {"dropped", {{"source", droppedJson(report.source_points)}, {"target", droppedJson(report.target_points)}}}};
   json["device"] = deviceJson(result.device);
   json["metric"] = toString(result.metric);
+  json["loss"] = lossJson(result);
+  json["motions"] = toString(result.motions);
+  json["searched_guess"] = guessJson(report);
   json["search"] = toString(result.search);
   json["pipeline"] = toString(result.pipeline);
   json["device_bytes"] = result.device_bytes;
@@ -49,6 +72,7 @@ Json alignmentJson(const AlignmentReport& report)
   json["nearest_distance"] = report.nearest_distance ? Json(*report.nearest_distance) : Json();
   json["degenerate"] = toString(degeneracyOf(result));
   json["free_motions"] = result.free_motions;
+  json["uncertainty"] = result.uncertainty ? uncertaintyJson(*result.uncertainty) : Json();
   json["warnings"] = report.warnings;
   for (const auto& [what, milliseconds] : timesOf(report))
     json["times_ms"][what] = milliseconds;

@@ -3,6 +3,7 @@
 #include "report/alignment_times.h"
 #include "report/format.h"
 #include "report/matrix.h"
+#include "report/uncertainty_report.h"
 #include "report/verdict.h"
 
 namespace pcl_gpu_icp::report {
@@ -25,6 +26,22 @@ std::string cloudText(const char* role, const std::string& file, const PointCoun
   return text + (dropped.empty() ? "\n" : " (dropped: " + dropped + ")\n");
 }
 
+std::string lossText(const AlignmentResult& result)
+{
+  if (result.loss.function == LossFunction::None)
+    return "";
+  std::string text = std::string(", loss ") + toString(result.loss.function);
+  if (result.loss_scale > 0)
+    text += format(":%.6g", result.loss_scale) + (result.loss.scale > 0 ? "" : " (from the residuals)");
+  return text;
+}
+
+std::string guessText(const SearchedGuess& guess)
+{
+  return format("guess      the best of %zu starts, score %.2g of 1", guess.starts, guess.score) +
+         (guess.next_score ? format("; the next best that is elsewhere %.2g\n", *guess.next_score) : "\n");
+}
+
 const char* improvement(const AlignmentReport& report)
 {
   const double change = changeOfDistance(report);
@@ -40,12 +57,15 @@ std::string toText(const AlignmentReport& report)
   text += cloudText("target", report.target, report.target_points);
   text += "device     " + result.device.name + " (" + toString(result.device.type) + ", " + result.device.platform +
           ", driver " + result.device.driver + ")\n";
-  text += std::string("metric     ") + toString(result.metric) + "\n";
+  text += std::string("metric     ") + toString(result.metric) + lossText(result);
+  text += result.motions == Motions::Rigid ? "\n" : std::string(", motions ") + toString(result.motions) + "\n";
   text += format("search     %s, %u threads; pipeline %s, %s precision\n",
                  toString(result.search),
                  result.threads,
                  toString(result.pipeline),
                  toString(result.precision));
+  if (report.searched_guess)
+    text += guessText(*report.searched_guess);
   if (!result.searched.empty())
     text += format("searched   %zu points in the first iteration, %zu in the last\n",
                    result.searched.front(),
@@ -60,6 +80,8 @@ std::string toText(const AlignmentReport& report)
               ? format("fitness    %.6g (mean squared distance to the nearest target point)\n", *report.fitness_score)
               : std::string("fitness    undefined\n");
   text += std::string("degenerate ") + degeneracyText(result) + "\n";
+  if (result.uncertainty)
+    text += uncertaintyText(*result.uncertainty);
   text += "transform\n" + matrixText(report.transform);
   text += "times\n";
   for (const auto& [what, milliseconds] : timesOf(report))

@@ -21,13 +21,21 @@ struct PointCounts {
   std::size_t used = 0;
 };
 
+/// What a search for the guess came to.
+struct SearchedGuess {
+  std::size_t starts = 0; ///< poses that were tried
+  double score = 0;       ///< of the one taken, from 0 to 1
+  std::optional<double> next_score;
+};
+
 struct AlignmentReport {
   std::string source; ///< file names as given
   std::string target;
   PointCounts source_points;
   PointCounts target_points;
   AlignmentResult result;
-  RigidTransform transform; ///< source to target, in the coordinates of the files
+  RigidTransform transform;                    ///< source to target, in the coordinates of the files
+  std::optional<SearchedGuess> searched_guess; ///< none: the guess was given
   std::optional<double> fitness_score;
   int iteration_limit = 0;
   std::optional<double> max_distance;     ///< between matched points

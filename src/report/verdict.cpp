@@ -1,6 +1,7 @@
 #include "report/verdict.h"
 
 #include "report/format.h"
+#include "report/uncertainty_report.h"
 
 #include <algorithm>
 #include <cmath>
@@ -54,8 +55,8 @@ std::string undeterminedText(const AlignmentResult& result)
   case Degeneracy::None:
     return "nothing";
   case Degeneracy::Sliding:
-    return format("of the six motions %d only slide along the surface, so they are left as they were",
-                  result.free_motions);
+    return format("of the six motions %d only slide along the surface", result.free_motions) +
+           (result.uncertainty ? ": " + undeterminedMotions(*result.uncertainty) : "");
   case Degeneracy::Line:
     return "all matched points lie on one line, so the rotation about it is not determined";
   case Degeneracy::Point:

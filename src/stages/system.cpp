@@ -8,6 +8,46 @@
 
 namespace pcl_gpu_icp::stages {
 
+namespace {
+
+struct Factor {
+  const char* file;
+  const char* sums; ///< what the launches are called
+  const char* total;
+};
+
+Factor factorOf(Metric metric)
+{
+  switch (metric) {
+  case Metric::Point:
+    return {"point_factor.cl", "point_sums", "point_total"};
+  case Metric::Plane:
+    return {"plane_factor.cl", "plane_sums", "plane_total"};
+  default:
+    return {"generalized_factor.cl", "gicp_sums", "gicp_total"};
+  }
+}
+
+cl_uint lossNumber(LossFunction function)
+{
+  switch (function) {
+  case LossFunction::None:
+    return LOSS_NONE;
+  case LossFunction::Huber:
+    return LOSS_HUBER;
+  case LossFunction::Cauchy:
+    return LOSS_CAUCHY;
+  case LossFunction::GemanMcClure:
+    return LOSS_GEMAN_MCCLURE;
+  case LossFunction::Tukey:
+    return LOSS_TUKEY;
+  default:
+    return LOSS_WELSCH;
+  }
+}
+
+} // namespace
+
 void packNormals(opencl::Queue& queue, const std::vector<std::array<float, 3>>& normals, MetricPoints& own)
 {
   queue.upload(own.target, normals.size() * NORMAL_WORDS * sizeof(float), [&](void* memory) {
@@ -56,18 +96,20 @@ void System::enqueue(opencl::Queue& queue,
                      const TargetPoints& target,
                      const MetricPoints& own,
                      const std::array<double, 3>& centre,
+                     const Loss& loss,
+                     bool keeps_residuals,
                      std::size_t real_bytes,
                      const opencl::Buffer& total)
 {
+  const Factor factor = factorOf(metric);
   const cl_uint blocks = (source.count + POINTS_PER_MATCH_BLOCK - 1) / POINTS_PER_MATCH_BLOCK;
   queue.reserve(partials_, std::size_t(blocks) * SYSTEM_SUMS_ROWS * SUMS_PER_BLOCK * real_bytes);
   cl_float4 about{};
   for (int axis = 0; axis < 3; ++axis)
     about.s[axis] = static_cast<float>(centre[axis]);
-  const bool planes = metric == Metric::Plane;
-  const char* const file = planes ? "plane_factor.cl" : "generalized_factor.cl";
-  queue.launch(planes ? "plane_sums" : "gicp_sums",
-               {file, "system_sums"},
+  queue.reserve(residuals_, (keeps_residuals ? source.stride : 1) * sizeof(cl_float));
+  queue.launch(factor.sums,
+               {factor.file, "system_sums"},
                overBlocks(queue.traits(), blocks),
                source.rows,
                matches,
@@ -75,18 +117,18 @@ void System::enqueue(opencl::Queue& queue,
                source.count,
                rowsOf(pose),
                target.leaves,
-               own.target,
-               planes ? own.target : own.source,
+               metric == Metric::Point ? target.leaves : own.target,
+               metric == Metric::Generalized ? own.source : target.leaves,
                rowsOf(turn),
                about,
+               lossNumber(loss.function),
+               static_cast<cl_float>(loss.scale),
+               cl_uint(keeps_residuals),
+               residuals_,
                blocks,
                partials_);
-  queue.launch(planes ? "plane_total" : "gicp_total",
-               {file, "system_total"},
-               oneGroup(queue.traits(), SUMS_PER_BLOCK),
-               partials_,
-               blocks,
-               total);
+  queue.launch(
+      factor.total, {factor.file, "system_total"}, oneGroup(queue.traits(), SUMS_PER_BLOCK), partials_, blocks, total);
 }
 
 } // namespace pcl_gpu_icp::stages

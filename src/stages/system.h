@@ -2,6 +2,7 @@
 
 #include "match.h"
 
+#include <pcl_gpu_icp/loss.h>
 #include <pcl_gpu_icp/result.h>
 
 #include <array>
@@ -31,11 +32,12 @@ void packSourceCovariances(opencl::Queue& queue,
 class System {
 public:
   /// Writes SYSTEM_SUMS values.
-  /// \param metric Plane or Generalized
   /// \param pose from the source's frame (about its pivot) to the target's
   /// \param turn the pose whose rotation the pairs are weighed by
   /// \param matches as Match::matches()
   /// \param centre in the target's frame; float32 values
+  /// \param loss with its scale
+  /// \param keeps_residuals residuals() are those of this launch
   void enqueue(opencl::Queue& queue,
                Metric metric,
                const SourcePoints& source,
@@ -45,10 +47,16 @@ public:
                const TargetPoints& target,
                const MetricPoints& own,
                const std::array<double, 3>& centre,
+               const Loss& loss,
+               bool keeps_residuals,
                std::size_t real_bytes,
                const opencl::Buffer& total);
 
+  /// A float for each of the source's rows; infinite: there is no pair.
+  const opencl::Buffer& residuals() const { return residuals_; }
+
 private:
+  opencl::Buffer residuals_{"residuals"};
   opencl::Buffer partials_{"partial sums of normal equations"};
 };
 

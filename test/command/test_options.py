@@ -1,8 +1,9 @@
 """Each option of align does what its help says."""
 
+import math
 import os
 
-from command import NOT_CONVERGED, USAGE, CommandTest, motion, moved, numbers, pcd, read_pcd, sampled_surface, surface
+from command import INPUT, NOT_CONVERGED, USAGE, CommandTest, motion, moved, numbers, pcd, read_pcd, sampled_surface, surface
 
 POINTS = surface()
 MOTION = motion(3, (0.05, -0.08, 0.04))
@@ -130,6 +131,94 @@ class Options(CommandTest):
                 self.assert_maps(by_surfaces["transform"], hills, [moved(MOTION, point) for point in hills], 0.01)
         self.assertIn("normals", self.align(source, target, "--metric", "gicp")["times_ms"])
         self.assertIn("\nmetric     gicp\n", self.succeed("align", source, target, "--metric", "gicp"))
+
+    def test_loss(self):
+        hills = sampled_surface(1500, seed=2)
+        clutter = [(x, y, z + 0.5) for x, y, z in hills[:300]]
+        source = self.write("hills.pcd", pcd(hills + clutter))
+        target = self.write("moved_hills.pcd", pcd([moved(MOTION, point) for point in sampled_surface(3000, seed=1)]))
+        plain = self.align(source, target, "--metric", "plane")
+        self.assertIsNone(plain["loss"])
+        off = self.farthest(plain["transform"], hills)
+        for given, scale in (("cauchy:0.03", 0.03), ("tukey", None), ("geman-mcclure:5e-2", 0.05), ("welsch", None)):
+            with self.subTest(given):
+                robust = self.align(source, target, "--metric", "plane", "--loss", given)
+                self.assertLess(self.farthest(robust["transform"], hills), off / 2)
+                self.assertEqual(robust["loss"]["function"], given.partition(":")[0])
+                self.assertEqual(robust["loss"]["given"], scale is not None)
+                self.assertGreater(robust["loss"]["scale"], 0)
+                if scale:
+                    self.assertEqual(robust["loss"]["scale"], scale)
+        text = self.succeed("align", source, target, "--metric", "plane", "--loss", "cauchy:0.03")
+        self.assertIn("\nmetric     plane, loss cauchy:0.03\n", text)
+        text = self.succeed("align", source, target, "--loss", "huber")
+        self.assertRegex(text, r"\nmetric     point, loss huber:[0-9.]+ \(from the residuals\)\n")
+        self.assertIsNone(self.align(source, target, "--loss", "none")["loss"])
+        for wrong, name in (("l1", "none|huber|cauchy|geman-mcclure|tukey|welsch"), ("huber:", "1e-18 to 1e18"),
+                            ("huber:0", "1e-18 to 1e18"), ("huber:nan", "1e-18 to 1e18"), ("none:1", "none:1")):
+            self.fail_with(USAGE, "align", source, target, "--loss", wrong, names=["--loss", name])
+        self.fail_with(USAGE, "compare", source, target, "--loss", "huber", names="--loss")
+
+    def test_guess_auto(self):
+        scene = sampled_surface(2000, seed=1) + [(2.5, 0.02 * i - 1, 0.01 * (i * 37 % 100)) for i in range(100)]
+        away = motion(140, (3, -2, 1))
+        source = self.write("scene.pcd", pcd(scene))
+        target = self.write("moved_scene.pcd", pcd([moved(away, point) for point in scene]))
+        self.assertGreater(self.farthest(self.align(source, target)["transform"], scene, away), 0.5)
+        found = self.align(source, target, "--guess", "auto")
+        self.assertLess(self.farthest(found["transform"], scene, away), 1e-3)
+        self.assertGreater(found["searched_guess"]["starts"], 500)
+        self.assertGreater(found["searched_guess"]["score"], 0.5)
+        self.assertIn("guess", found["times_ms"])
+        self.assertIsNone(self.align(source, source)["searched_guess"])
+        text = self.succeed("align", source, target, "--guess", "auto")
+        self.assertRegex(text, r"\nguess      the best of \d+ starts, score [\d.]+ of 1")
+        headings = self.align(source, source, "--guess", "auto", "--motions", "yaw")
+        self.assertLess(headings["searched_guess"]["starts"], 100)
+        # A file may have that name all the same.
+        given = self.align(source, target, "--guess", self.write("auto", " ".join(numbers(away))))
+        self.assertLess(self.farthest(given["transform"], scene, away), 1e-3)
+
+    def test_guess_auto_of_what_is_symmetric(self):
+        axes = range(-10, 11)
+        faces = [(x / 10, y / 10, s) for x in axes for y in axes for s in (-1, 1)]
+        cube = faces + [(x, s, y) for x, y, s in faces] + [(s, x, y) for x, y, s in faces]
+        source = self.write("cube.pcd", pcd(cube))
+        done = self.run_command("align", source, source, "--guess", "auto", "--json", "-")
+        self.assertIn("two poses fit nearly as well", done.stderr)
+        self.assertIn("two poses fit nearly as well", "".join(self.checked(done.stdout)["warnings"]))
+
+    def test_guess_auto_takes_points(self):
+        few = self.write("few.pcd", pcd([(1, 2, 3)] * 50))
+        self.fail_with(INPUT, "align", few, self.target, "--guess", "auto", names=["few.pcd", "--guess auto"])
+        self.fail_with(USAGE, "compare", few, self.target, "--guess", "auto", names="--guess auto")
+
+    def farthest(self, transform, points, onto=MOTION):
+        return max(math.dist(moved(transform, point), moved(onto, point)) for point in points)
+
+    def test_motions(self):
+        hills = sampled_surface(1500, seed=2)
+        turn = [[math.cos(0.05), -math.sin(0.05), 0, 0.05], [math.sin(0.05), math.cos(0.05), 0, -0.03], [0, 0, 1, 0],
+                [0, 0, 0, 1]]
+        source = self.write("hills.pcd", pcd(hills))
+        target = self.write("moved_hills.pcd", pcd([moved(turn, point) for point in sampled_surface(3000, seed=1)]))
+        guess = "1 0 0 0 0 1 0 0 0 0 1 0.01"
+        for metric in ("point", "plane", "gicp"):
+            for motions in ("planar", "yaw", "translation"):
+                with self.subTest(metric=metric, motions=motions):
+                    found = self.align(source, target, "--metric", metric, "--motions", motions, "--guess", guess)
+                    transform = found["transform"]
+                    self.assertEqual(found["motions"], motions)
+                    self.assertEqual(transform[2][:3], [0, 0, 1])
+                    if motions == "planar":
+                        self.assertAlmostEqual(transform[2][3], 0.01, 15)
+                    if motions == "translation":
+                        self.assertEqual(transform[0][:3] + transform[1][:3], [1, 0, 0, 0, 1, 0])
+                    else:
+                        self.assertAlmostEqual(transform[1][0], math.sin(0.05), 2)
+        self.assertIn("\nmetric     point, motions yaw\n", self.succeed("align", source, target, "--motions", "yaw"))
+        self.fail_with(USAGE, "align", source, target, "--motions", "flat", names=["--motions", "planar|rigid"])
+        self.fail_with(USAGE, "compare", source, target, "--motions", "yaw", names="--motions")
 
     def test_metric_plane_on_a_floor(self):
         floor = [(x, y, 0) for x, y, _ in POINTS]

@@ -72,16 +72,6 @@ PointCovariances inRows(const Matrices& matrices)
 
 Points viewOfRows(const PointCovariances& rows) { return {rows.data(), rows.size(), sizeof(rows[0])}; }
 
-/// Points a unit apart, so that small motions leave each nearest to its own.
-Cloud lattice(std::size_t n)
-{
-  const auto side = static_cast<int>(std::ceil(std::cbrt(static_cast<double>(n))));
-  Cloud cloud(3, n);
-  for (int i = 0; i < cloud.cols(); ++i)
-    cloud.col(i) = Eigen::Vector3f(i % side - side / 2, i / side % side - side / 2, i / (side * side) - side / 2);
-  return cloud;
-}
-
 } // namespace
 
 class GeneralizedIncrement : public OnDevice {

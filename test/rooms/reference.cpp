@@ -2,6 +2,8 @@
 
 #include <Eigen/SVD>
 
+#include <cmath>
+
 namespace pcl_gpu_icp::test {
 
 using Eigen::Isometry3d;
@@ -120,6 +122,15 @@ Cloud Random::cloud(std::size_t n, const Vector3d& half_extents, const Vector3d&
   for (std::size_t i = 0; i < n; ++i)
     for (int axis = 0; axis < 3; ++axis)
       cloud(axis, i) = static_cast<float>(centre[axis] + uniform(-1, 1) * half_extents[axis]);
+  return cloud;
+}
+
+Cloud lattice(std::size_t n)
+{
+  const auto side = static_cast<int>(std::ceil(std::cbrt(static_cast<double>(n))));
+  Cloud cloud(3, n);
+  for (int i = 0; i < cloud.cols(); ++i)
+    cloud.col(i) = Eigen::Vector3f(i % side - side / 2, i / side % side - side / 2, i / (side * side) - side / 2);
   return cloud;
 }
 

@@ -89,6 +89,9 @@ private:
   std::mt19937 generator_;
 };
 
+/// Points a unit apart, so that small motions leave each nearest to its own.
+Cloud lattice(std::size_t n);
+
 /// Coordinates rounded to multiples of 2^-10, so that differences between points within +-16 are exact in float32 and
 /// what remains of an error is the device's.
 Cloud snapped(const Cloud& cloud);

@@ -240,7 +240,7 @@ void DeviceIcp<PclIcp>::computeTransformation(PointCloudSource& output, const Ma
 template <typename PclIcp>
 RigidTransform DeviceIcp<PclIcp>::estimateIncrement(const RigidTransform& pose)
 {
-  if (!estimatesOnDevice() && !increment_from_matching_) {
+  if (!estimatesOnDevice() && !matcherEstimates()) {
     this->Registration::transformation_estimation_->estimateRigidTransformation(
         *moved_source_, *this->target_, *this->correspondences_, this->transformation_);
     if (planes_) {
@@ -291,9 +291,9 @@ bool DeviceIcp<PclIcp>::finished(const RigidTransform& /*increment*/, const Rigi
 template <typename PclIcp>
 std::array<double, 3> DeviceIcp<PclIcp>::anchor() const
 {
-  return usesEstimator()                               ? estimator_->sourcePivot()
-         : increment_from_matching_ || isGeneralized() ? matcher_->sourcePivot()
-                                                       : std::array<double, 3>{};
+  return usesEstimator()      ? estimator_->sourcePivot()
+         : matcherEstimates() ? matcher_->sourcePivot()
+                              : std::array<double, 3>{};
 }
 
 template <typename PclIcp>
@@ -312,6 +312,23 @@ std::string DeviceIcp<PclIcp>::whyTooFewMatched() const
   return "Not enough correspondences found: " + std::to_string(matched_) + ", where " +
          std::to_string(this->Registration::min_number_correspondences_) +
          " are needed. Relax your threshold parameters.";
+}
+
+template <typename PclIcp>
+void DeviceIcp<PclIcp>::describeUncertainty(const RigidTransform& pose)
+{
+  if (matched_ < static_cast<std::size_t>(this->Registration::min_number_correspondences_))
+    return;
+  if (matcherEstimates())
+    result_.uncertainty = matcher_->uncertainty(pose);
+  else if (usesEstimator())
+    result_.uncertainty =
+        pointUncertainty(matches_, search::pointsOf(*this->input_), search::pointsOf(*this->target_), pose);
+  if (result_.metric != Metric::Point && result_.uncertainty &&
+      result_.uncertainty->free_motions > result_.free_motions) {
+    result_.degeneracy = Degeneracy::Sliding;
+    result_.free_motions = result_.uncertainty->free_motions;
+  }
 }
 
 template <typename PclIcp>
@@ -336,6 +353,7 @@ void DeviceIcp<PclIcp>::report(const RigidTransform& pose)
   result_.rmse = std::sqrt(increment_from_matching_ ? mean_squared_found_ : mean_square_of(matches_));
   if (increment_from_matching_ && with_output_)
     listCorrespondences(matcher_->correspondences(matched_pose_));
+  describeUncertainty(pose);
   if (matches_on_device_) {
     result_.device_times = matcher_->takeTimes();
     result_.device_bytes = matcher_->deviceBytes();

@@ -56,10 +56,11 @@ bool DeviceIcp<PclIcp>::match(const RigidTransform& pose)
     mean_squared_distance_ = detail::meanSquare(*this->correspondences_);
     if (!increment_from_matching_)
       mean_squared_residual_ = mean_squared_distance_;
-    if (isGeneralized() && !increment_from_matching_) {
+    if (solvesSystem() && !increment_from_matching_) {
       const Matches kept = matcher_->estimate(matches_, pose);
       increment_ = kept.increment;
       mean_squared_residual_ = kept.mean_squared_residual;
+      result_.loss_scale = kept.loss_scale;
     }
   }
   if (auto* own = dynamic_cast<Criteria*>(this->convergence_criteria_.get()))
@@ -104,6 +105,7 @@ void DeviceIcp<PclIcp>::matchOnDevice(const RigidTransform& pose)
   found_ = matched_;
   mean_squared_found_ = mean_squared_distance_;
   mean_squared_residual_ = found.mean_squared_residual;
+  result_.loss_scale = found.loss_scale;
   if (!lists_correspondences_)
     return;
   matches_ = matcher_->correspondences(pose);
@@ -130,7 +132,7 @@ template <typename PclIcp>
 void DeviceIcp<PclIcp>::keepMutual(const RigidTransform& pose)
 {
   const RigidTransform back = inverse(pose);
-  backward_matcher_->match(back, detail::squaredLimit(this->corr_dist_threshold_));
+  backward_matcher_->match(back, detail::squaredLimit(this->corr_dist_threshold_), false);
   std::vector<std::int32_t> nearest_source(this->target_->size(), pcl::UNAVAILABLE);
   for (const Correspondence& c : backward_matcher_->correspondences(back))
     nearest_source[c.source] = c.target;

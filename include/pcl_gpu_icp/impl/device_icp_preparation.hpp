@@ -45,6 +45,8 @@ void DeviceIcp<PclIcp>::prepare(const Matrix4& guess)
   this->transformation_ = Matrix4::Identity();
   result_.pipeline = pipeline_;
   result_.search = search_;
+  result_.loss = loss_;
+  result_.motions = motions_;
   result_.threads = getNumberOfThreads();
 
   planes_ = dynamic_cast<const PlaneEstimation*>(this->Registration::transformation_estimation_.get());
@@ -102,14 +104,17 @@ void DeviceIcp<PclIcp>::prepareMatching()
 {
   result_.metric = getMetric();
   matches_on_device_ = usesDefaultSearch();
-  if (isGeneralized() && !(matches_on_device_ && estimatesOnDevice()))
-    throw InvalidArgument("generalized ICP excludes a search method, a correspondence estimation, a transformation "
-                          "estimation or a point representation of the caller's");
+  if (solvesSystem() && !(matches_on_device_ && estimatesRigidly()))
+    throw InvalidArgument(std::string(isGeneralized()                        ? "generalized ICP"
+                                      : loss_.function != LossFunction::None ? "a loss"
+                                                                             : "fewer than six motions") +
+                          " excludes a search method, a correspondence estimation, a transformation estimation or a "
+                          "point representation of the caller's");
   if (search_ == CorrespondenceSearch::DeviceKdTree && !matches_on_device_)
     throw InvalidArgument("setCorrespondenceSearch(DeviceKdTree) excludes a search method, a correspondence estimation "
                           "or a point representation of the caller's");
   const bool plain = matches_on_device_ && !this->use_reciprocal_correspondence_ && estimatesRigidly() &&
-                     this->correspondence_rejectors_.empty() && (pipeline_ == Pipeline::Fused || isGeneralized());
+                     this->correspondence_rejectors_.empty() && (pipeline_ == Pipeline::Fused || solvesSystem());
   increment_from_matching_ = plain;
   lists_correspondences_ =
       !plain || this->update_visualizer_ || !dynamic_cast<Criteria*>(this->convergence_criteria_.get());
@@ -128,7 +133,8 @@ void DeviceIcp<PclIcp>::prepareMatchingOnDevice()
   const bool device_searches = search_ == CorrespondenceSearch::DeviceKdTree;
   const auto make = [this] {
     const Stopwatch watch(result_.host_times, "start");
-    return std::make_unique<Matcher>(device(), search_, detail::precisionFor<Scalar>(device()), result_.metric);
+    return std::make_unique<Matcher>(
+        device(), search_, detail::precisionFor<Scalar>(device()), result_.metric, loss_, motions_);
   };
   if (!matcher_ || matcher_search_ != search_ || matcher_->precision() != detail::precisionFor<Scalar>(device())) {
     matcher_ = make();
@@ -138,6 +144,8 @@ void DeviceIcp<PclIcp>::prepareMatchingOnDevice()
   }
   matcher_->setShare(share_);
   matcher_->setNumberOfThreads(result_.threads);
+  matcher_->setLoss(loss_);
+  matcher_->setMotions(motions_);
   {
     // pcl::Registration may have had the tree built before the total was taken.
     const double built_before = nearest_tree_->takeBuildMilliseconds();
@@ -163,7 +171,7 @@ void DeviceIcp<PclIcp>::prepareMatchingOnDevice()
     }
   }
   nearest_tree_->takeBuildMilliseconds();
-  if (increment_from_matching_ && planes_)
+  if (matcherEstimates() && planes_)
     prepareMetric();
   {
     const Stopwatch watch(result_.host_times, "pack");
@@ -328,7 +336,7 @@ template <typename PclIcp>
 void DeviceIcp<PclIcp>::prepareRejectors()
 {
   this->determineRequiredBlobData();
-  const bool somebody_looks = !matches_on_device_ || !(estimatesOnDevice() || increment_from_matching_) ||
+  const bool somebody_looks = !matches_on_device_ || !(estimatesOnDevice() || matcherEstimates()) ||
                               this->need_source_blob_ || this->update_visualizer_;
   moved_source_.reset(somebody_looks ? new PointCloudSource(*this->input_) : nullptr);
   // Extrapolated poses are no chain of increments.

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <pcl_gpu_icp/device.h>
+#include <pcl_gpu_icp/motions.h>
+#include <pcl_gpu_icp/points.h>
+#include <pcl_gpu_icp/rigid_transform.h>
+
+#include <cstddef>
+#include <functional>
+#include <vector>
+
+namespace pcl_gpu_icp {
+
+/// A pose of the source on the target, and how well it fits.
+struct PoseCandidate {
+  RigidTransform transform; ///< source to target
+  /// From 0 to 1: of the source's points, and of the target's that the source would show, how near they are to the
+  /// other cloud, each for itself (Geman-McClure) and the two multiplied.
+  double score = 0;
+};
+
+struct PoseSearchResult {
+  std::vector<PoseCandidate>
+      poses;              ///< the best first, each far from those before it; empty: a cloud has too few points
+  std::size_t starts = 0; ///< poses that were tried
+
+  /// Whether a pose far from the best one fits nearly as well, as where a cloud is symmetric.
+  PCL_GPU_ICP_API bool isAmbiguous() const;
+};
+
+/// Where ICP starts when nothing is known of the pose: rotations spread evenly over all there are (Alexa,
+/// Super-Fibonacci Spirals, CVPR 2022), or over the headings, each with the centroids and with the origins of the
+/// clouds on each other. All are brought nearer by a few robust iterations on thinned clouds, many at once through the
+/// scheduler of a batch; the best go on, on finer clouds, and are judged in both directions. The same answer every
+/// time. A pose is found where the clouds have most of their surfaces in common: it is a start for ICP, within about a
+/// voxel of the finer thinning.
+class PCL_GPU_ICP_API PoseSearch {
+public:
+  explicit PoseSearch(const Device& device);
+
+  /// How the source may move from the guess: Motions::Rigid by default. With Yaw or Planar only headings are tried.
+  void setMotions(Motions motions) { motions_ = motions; }
+
+  /// Called after each of `all` groups of starts.
+  void setProgress(std::function<void(std::size_t done, std::size_t all)> progress) { progress_ = std::move(progress); }
+
+  /// Starts in flight at a time; 0, the default: as BatchSettings::lanes.
+  void setLanes(unsigned lanes) { lanes_ = lanes; }
+
+  /// \param guess which is tried as well; with fewer motions what they leave as it is comes from it
+  /// \throws DeviceError
+  PoseSearchResult search(const Points& source, const Points& target, const RigidTransform& guess = {}) const;
+
+private:
+  Device device_;
+  Motions motions_ = Motions::Rigid;
+  unsigned lanes_ = 0;
+  std::function<void(std::size_t, std::size_t)> progress_;
+};
+
+} // namespace pcl_gpu_icp

@@ -1,0 +1,45 @@
+#include "cli/start_search.h"
+
+#include "cli/failure.h"
+#include "cli/guess.h"
+
+#include "report/format.h"
+
+#include <pcl_gpu_icp/pose_search.h>
+#include <pcl_gpu_icp/search/points_of.h>
+
+#include <utility>
+
+namespace pcl_gpu_icp::cli {
+
+std::optional<report::SearchedGuess> searchGuess(CloudPair& pair,
+                                                 const AlignmentOptions& options,
+                                                 const Device& device,
+                                                 unsigned lanes,
+                                                 std::function<void(std::size_t done, std::size_t all)> progress)
+{
+  if (!options.guess || !asksForSearch(*options.guess))
+    return std::nullopt;
+  PoseSearch search(device);
+  search.setMotions(options.motions);
+  search.setLanes(lanes);
+  search.setProgress(std::move(progress));
+  const PoseSearchResult found =
+      search.search(search::pointsOf(*pair.source->points), search::pointsOf(*pair.target->points), pair.guess);
+  const std::string files = options.source + " onto " + options.target;
+  if (found.poses.empty())
+    throw Failure(ExitCode::Input, files + ": --guess auto takes at least 10 points that are not all at one place");
+  pair.guess = found.poses[0].transform;
+  report::SearchedGuess searched{found.starts, found.poses[0].score, std::nullopt};
+  if (found.poses.size() > 1)
+    searched.next_score = found.poses[1].score;
+  if (found.isAmbiguous())
+    pair.warnings.push_back(report::format("%s: two poses fit nearly as well, with scores of %.2g and %.2g: the first "
+                                           "was taken",
+                                           files.c_str(),
+                                           searched.score,
+                                           *searched.next_score));
+  return searched;
+}
+
+} // namespace pcl_gpu_icp::cli

@@ -1,0 +1,315 @@
+#include <pcl_gpu_icp/pose_search.h>
+
+#include "search/box_tree.h"
+#include "search/bulk.h"
+#include "search/voxels.h"
+
+#include <pcl_gpu_icp/batch_lanes.h>
+#include <pcl_gpu_icp/matcher.h>
+#include <pcl_gpu_icp/normal_estimator.h>
+#include <pcl_gpu_icp/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <memory>
+
+namespace pcl_gpu_icp {
+
+namespace {
+
+constexpr double pi = 3.14159265358979323846;
+constexpr std::size_t fewest_points = 10;
+constexpr float everywhere = std::numeric_limits<float>::infinity();
+
+/// Evenly over all rotations (Alexa 2022).
+std::array<double, 9> superFibonacci(std::size_t i, std::size_t n)
+{
+  constexpr double phi = 1.41421356237309504880, psi = 1.53375116875520428812;
+  const double s = static_cast<double>(i) + 0.5, t = s / static_cast<double>(n), d = 2 * pi * s;
+  const double r = std::sqrt(t), R = std::sqrt(1 - t), alpha = d / phi, beta = d / psi;
+  const double x = r * std::sin(alpha), y = r * std::cos(alpha), z = R * std::sin(beta), w = R * std::cos(beta);
+  return {1 - 2 * (y * y + z * z),
+          2 * (x * y - w * z),
+          2 * (x * z + w * y),
+          2 * (x * y + w * z),
+          1 - 2 * (x * x + z * z),
+          2 * (y * z - w * x),
+          2 * (x * z - w * y),
+          2 * (y * z + w * x),
+          1 - 2 * (x * x + y * y)};
+}
+
+/// The identity, and turns that leave no rotation far from all.
+std::vector<std::array<double, 9>> turnsOf(Motions motions)
+{
+  constexpr std::size_t rotations = 576, headings = 36;
+  std::vector<std::array<double, 9>> turns{RigidTransform().rotation};
+  if (motions == Motions::Rigid)
+    for (std::size_t i = 0; i < rotations; ++i)
+      turns.push_back(superFibonacci(i, rotations));
+  else if (motions != Motions::Translation)
+    for (std::size_t i = 1; i < headings; ++i) {
+      const double angle = 2 * pi * static_cast<double>(i) / headings;
+      turns.push_back({std::cos(angle), -std::sin(angle), 0, std::sin(angle), std::cos(angle), 0, 0, 0, 1});
+    }
+  return turns;
+}
+
+std::array<double, 3> centroidOf(const std::vector<PlacedPoint>& points)
+{
+  const search::Bulk bulk(viewOf(points));
+  std::array<double, 3> sum{};
+  double n = 0;
+  for (const PlacedPoint& point : points)
+    if (bulk.holds(point.xyz)) {
+      for (int axis = 0; axis < 3; ++axis)
+        sum[axis] += point.xyz[axis];
+      ++n;
+    }
+  return {sum[0] / n, sum[1] / n, sum[2] / n};
+}
+
+double distance(const std::array<double, 3>& a, const std::array<double, 3>& b)
+{
+  return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
+}
+
+/// Of the rotation between two poses, in radians.
+double angleBetween(const RigidTransform& a, const RigidTransform& b)
+{
+  double trace = 0;
+  for (int i = 0; i < 9; ++i)
+    trace += a.rotation[i] * b.rotation[i];
+  return std::acos(std::clamp((trace - 1) / 2, -1.0, 1.0));
+}
+
+/// Both clouds about their pivots, thinned by voxels of one size.
+struct ThinPair {
+  ThinPair(const std::vector<PlacedPoint>& source_points, const std::vector<PlacedPoint>& target_points, double size)
+  : source(search::voxelMeans(source_points, size))
+  , target(search::voxelMeans(target_points, size))
+  , voxel(size)
+  {
+  }
+
+  std::vector<PlacedPoint> source, target;
+  double voxel;
+};
+
+/// How the poses of a round are brought nearer.
+struct Round {
+  int iterations;
+  double scale; ///< of the loss, in voxels
+  bool to_planes;
+};
+
+/// A target on a device, and its normals where increments are to planes.
+struct RoundTarget {
+  RoundTarget(const Device& device, const ThinPair& pair, bool to_planes)
+  : tree(Matcher(device, CorrespondenceSearch::DeviceKdTree, Precision::Float).makeTarget(viewOf(pair.target)))
+  {
+    if (to_planes)
+      normals = NormalEstimator(device, Precision::Float).estimate(viewOf(pair.target));
+  }
+
+  /// With the source of the pair.
+  std::unique_ptr<Matcher> matcher(const Device& device, const ThinPair& pair) const
+  {
+    auto made = std::make_unique<Matcher>(device, CorrespondenceSearch::DeviceKdTree, Precision::Float);
+    made->setNumberOfThreads(1);
+    made->setTarget(tree);
+    if (!normals.empty())
+      made->setTargetNormals({normals.data(), normals.size(), sizeof(normals[0])});
+    made->setSource(viewOf(pair.source));
+    return made;
+  }
+
+  std::shared_ptr<const MatchTarget> tree;
+  NormalEstimator::Normals normals;
+};
+
+/// 1 where every point is on the other cloud, 0 where all are far from it.
+double scoreOf(const Matches& matches, double scale)
+{
+  return matches.increment.pairs > 0 ? 1 - matches.mean_squared_residual / (scale * scale) : 0;
+}
+
+void sortByScore(std::vector<PoseCandidate>& candidates)
+{
+  std::stable_sort(candidates.begin(), candidates.end(), [](const PoseCandidate& a, const PoseCandidate& b) {
+    return a.score > b.score;
+  });
+}
+
+/// How well a pose puts each cloud on the other: what the source would show of the target must be there as well.
+class TwoWayScore {
+public:
+  TwoWayScore(const Device& device, const ThinPair& pair, double scale)
+  : pair_(&pair)
+  , scale_(scale)
+  , forward_(device, CorrespondenceSearch::DeviceKdTree, Precision::Float)
+  , backward_(device, CorrespondenceSearch::DeviceKdTree, Precision::Float)
+  {
+    forward_.setTarget(forward_.makeTarget(viewOf(pair.target)));
+    forward_.setSource(viewOf(pair.source));
+    backward_.setTarget(backward_.makeTarget(viewOf(pair.source)));
+    for (Matcher* matcher : {&forward_, &backward_})
+      matcher->setLoss({LossFunction::GemanMcClure, scale});
+    low_.fill(std::numeric_limits<double>::infinity());
+    high_.fill(-std::numeric_limits<double>::infinity());
+    for (const PlacedPoint& point : pair.source)
+      for (int axis = 0; axis < 3; ++axis) {
+        low_[axis] = std::min(low_[axis], point.xyz[axis] - scale);
+        high_[axis] = std::max(high_[axis], point.xyz[axis] + scale);
+      }
+  }
+
+  double operator()(const RigidTransform& pose)
+  {
+    const RigidTransform back = inverse(pose);
+    std::vector<PlacedPoint> in_view;
+    for (const PlacedPoint& point : pair_->target) {
+      const auto at = back(point.xyz[0], point.xyz[1], point.xyz[2]);
+      if (std::equal(at.begin(), at.end(), low_.begin(), std::greater<>()) &&
+          std::equal(at.begin(), at.end(), high_.begin(), std::less<>()))
+        in_view.push_back(point);
+    }
+    backward_.setSource(viewOf(in_view));
+    return scoreOf(forward_.match(pose, everywhere), scale_) * scoreOf(backward_.match(back, everywhere), scale_);
+  }
+
+private:
+  const ThinPair* pair_;
+  double scale_;
+  Matcher forward_, backward_;
+  std::array<double, 3> low_{}, high_{}; ///< of the source's box
+};
+
+} // namespace
+
+bool PoseSearchResult::isAmbiguous() const
+{
+  constexpr double nearly = 0.9;
+  return poses.size() > 1 && poses[1].score > nearly * poses[0].score;
+}
+
+PoseSearch::PoseSearch(const Device& device)
+: device_(device)
+{
+}
+
+PoseSearchResult PoseSearch::search(const Points& source, const Points& target, const RigidTransform& guess) const
+{
+  const unsigned threads = effectiveThreads(0);
+  const auto source_pivot = search::pivotOf(source), target_pivot = search::pivotOf(target);
+  const auto source_points = search::finitePoints(source, source_pivot, threads);
+  const auto target_points = search::finitePoints(target, target_pivot, threads);
+  PoseSearchResult result;
+  if (source_points.size() < fewest_points || target_points.size() < fewest_points)
+    return result;
+
+  constexpr std::size_t coarse_points = 500, fine_points = 4000;
+  const double coarse_size = search::voxelSizeFor(source_points, coarse_points);
+  const double fine_size = search::voxelSizeFor(source_points, fine_points);
+  if (!(coarse_size > 0 && fine_size > 0))
+    return result;
+  const ThinPair coarse(source_points, target_points, coarse_size), fine(source_points, target_points, fine_size);
+
+  // The starts, between the clouds about their pivots.
+  const RigidTransform start = recentred(guess, source_pivot, target_pivot);
+  const auto from = centroidOf(coarse.source), onto = centroidOf(coarse.target);
+  std::vector<PoseCandidate> candidates{{start, 0}};
+  for (const auto& turn : turnsOf(motions_)) {
+    RigidTransform turned;
+    turned.rotation = compose({turn, {}}, start).rotation;
+    const auto add = [&](const std::array<double, 3>& point, const std::array<double, 3>& image) {
+      RigidTransform pose = turned;
+      const auto moved = turned(point[0], point[1], point[2]);
+      for (int axis = 0; axis < 3; ++axis)
+        pose.translation[axis] = image[axis] - moved[axis];
+      const RigidTransform motion =
+          restricted(compose(pose, inverse(start)), motions_, start(from[0], from[1], from[2]));
+      candidates.push_back({compose(motion, start), 0});
+    };
+    add(from, onto);
+    const std::array<double, 3> origin{-source_pivot[0], -source_pivot[1], -source_pivot[2]};
+    const std::array<double, 3> place = start(origin[0], origin[1], origin[2]);
+    if (distance(turned(from[0] - origin[0], from[1] - origin[1], from[2] - origin[2]),
+                 {onto[0] - place[0], onto[1] - place[1], onto[2] - place[2]}) > 2 * coarse.voxel)
+      add(origin, place);
+  }
+  result.starts = candidates.size();
+
+  constexpr std::size_t of_a_group = 16;
+  std::size_t groups_done = 0, groups = 0;
+  const auto groups_of = [](std::size_t count) { return (count + of_a_group - 1) / of_a_group; };
+  const auto bringNearer = [&](const ThinPair& pair, const Round& round, std::size_t groups_after) {
+    groups = groups_done + groups_of(candidates.size()) + groups_after;
+    const RoundTarget round_target(device_, pair, round.to_planes);
+    BatchLanes lanes;
+    for (std::size_t first = 0; first < candidates.size(); first += of_a_group)
+      lanes.add(pair.source.size() + pair.target.size(), [&, first](DeviceLane& lane) {
+        if (!lane.matcher) {
+          lane.matcher = round_target.matcher(lane.device, pair);
+          lane.matcher->setShare(lane.share);
+        }
+        Matcher& matcher = *lane.matcher;
+        const double scale = round.scale * pair.voxel;
+        matcher.setLoss({LossFunction::GemanMcClure, scale});
+        matcher.setMotions(motions_);
+        for (std::size_t i = first; i < std::min(first + of_a_group, candidates.size()); ++i) {
+          RigidTransform& pose = candidates[i].transform;
+          for (int iteration = 0; iteration < round.iterations; ++iteration)
+            pose = compose(matcher.match(pose, everywhere).increment.transform, pose);
+          candidates[i].score = scoreOf(matcher.match(pose, everywhere), scale);
+        }
+        return BatchResult();
+      });
+    BatchSettings settings;
+    settings.lanes = lanes_;
+    for (const BatchResult& done : lanes.run({device_}, settings, [&](std::size_t, const BatchResult&) {
+           if (progress_)
+             progress_(++groups_done, groups);
+         }))
+      if (done.alignment.error)
+        std::rethrow_exception(done.alignment.error);
+    sortByScore(candidates);
+  };
+  const auto keep = [&](std::size_t most, bool distinct) {
+    constexpr double near_angle = 10 * pi / 180;
+    std::vector<PoseCandidate> kept;
+    for (const PoseCandidate& candidate : candidates) {
+      const auto at = candidate.transform(from[0], from[1], from[2]);
+      const bool known = distinct && std::any_of(kept.begin(), kept.end(), [&](const PoseCandidate& other) {
+                           return angleBetween(candidate.transform, other.transform) < near_angle &&
+                                  distance(at, other.transform(from[0], from[1], from[2])) < 3 * coarse.voxel;
+                         });
+      if (!known && kept.size() < most)
+        kept.push_back(candidate);
+    }
+    candidates = std::move(kept);
+  };
+
+  constexpr std::size_t after_first = 200, after_second = 40, after_third = 8;
+  bringNearer(coarse, {5, 4, false}, groups_of(after_first) + groups_of(after_second));
+  keep(after_first, false);
+  bringNearer(coarse, {10, 2, false}, groups_of(after_second));
+  keep(after_second, true);
+  bringNearer(fine, {15, 4, true}, 0);
+
+  TwoWayScore score(device_, fine, 4 * fine.voxel);
+  for (PoseCandidate& candidate : candidates)
+    candidate.score = score(candidate.transform);
+  sortByScore(candidates);
+  keep(after_third, true);
+  for (PoseCandidate& candidate : candidates)
+    candidate.transform = recentred(candidate.transform,
+                                    {-source_pivot[0], -source_pivot[1], -source_pivot[2]},
+                                    {-target_pivot[0], -target_pivot[1], -target_pivot[2]});
+  result.poses = std::move(candidates);
+  return result;
+}
+
+} // namespace pcl_gpu_icp

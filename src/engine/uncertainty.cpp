@@ -1,0 +1,242 @@
+#include "uncertainty_internals.h"
+
+#include "symmetric_eigen.h"
+#include "values_at.h"
+
+#include <pcl_gpu_icp/matcher.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace pcl_gpu_icp {
+
+namespace {
+
+/// The axes of turns (first 0) or of shifts (3). What is not determined counts as far more than everything else.
+std::vector<Uncertainty::Axis>
+axesOf(const SquareMatrix<6>& covariance, const SquareMatrix<6>& free, const std::array<bool, 6>& allowed, int first)
+{
+  constexpr double far_more = 1e6;
+  double largest = 0;
+  for (int i = first; i < first + 3; ++i)
+    largest = std::max(largest, covariance[i][i]);
+  if (largest == 0)
+    largest = 1;
+  SquareMatrix<3> block{};
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j)
+      block[i][j] = covariance[first + i][first + j] + far_more * largest * free[first + i][first + j];
+  const SquareMatrix<3> vectors = diagonalise(block);
+  std::vector<Uncertainty::Axis> axes;
+  for (int k = 0; k < 3; ++k) {
+    double share_held = 0;
+    for (int i = 0; i < 3; ++i)
+      share_held += allowed[first + i] ? 0 : vectors[i][k] * vectors[i][k];
+    if (share_held > 0.5)
+      continue;
+    const bool determined = block[k][k] < 1e3 * largest;
+    axes.push_back({{vectors[0][k], vectors[1][k], vectors[2][k]},
+                    determined ? std::sqrt(std::max(block[k][k], 0.0)) : std::numeric_limits<double>::infinity()});
+    // Of the two signs the one whose largest entry is positive.
+    auto& direction = axes.back().direction;
+    const auto entry = std::max_element(
+        direction.begin(), direction.end(), [](double a, double b) { return std::abs(a) < std::abs(b); });
+    if (*entry < 0)
+      for (double& x : direction)
+        x = -x;
+  }
+  std::sort(axes.begin(), axes.end(), [](const Uncertainty::Axis& a, const Uncertainty::Axis& b) {
+    return a.deviation < b.deviation;
+  });
+  return axes;
+}
+
+/// Adds weight v v^T.
+void addSquare(const std::array<double, 6>& v, double weight, SquareMatrix<6>& sum)
+{
+  for (int i = 0; i < 6; ++i)
+    for (int j = 0; j < 6; ++j)
+      sum[i][j] += weight * v[i] * v[j];
+}
+
+} // namespace
+
+Uncertainty uncertaintyOf(const System& system, const Spectrum& spectrum, double sigma)
+{
+  const SquareMatrix<6> matrix = matrixOf(system);
+  const SquareMatrix<6>& motions = spectrum.motions;
+  // The system between the motions that are determined: its inverse there is the covariance.
+  SquareMatrix<6> between{};
+  for (int k = 0; k < 6; ++k)
+    for (int l = 0; l < 6; ++l)
+      if (spectrum.isDetermined(k) && spectrum.isDetermined(l))
+        for (int i = 0; i < 6; ++i)
+          for (int j = 0; j < 6; ++j)
+            between[k][l] += motions[i][k] * matrix[i][j] * motions[j][l];
+  const SquareMatrix<6> mixed = diagonalise(between);
+  SquareMatrix<6> covariance{}, free{};
+  Uncertainty result;
+  for (int k = 0; k < 6; ++k) {
+    std::array<double, 6> motion{};
+    for (int i = 0; i < 6; ++i)
+      for (int l = 0; l < 6; ++l)
+        motion[i] += motions[i][l] * mixed[l][k];
+    if (spectrum.isDetermined(k))
+      addSquare(motion, sigma * sigma / between[k][k], covariance);
+    if (spectrum.isFree(k)) {
+      ++result.free_motions;
+      // So far that its turn or its shift is of the order of one, with turns in units of what they move the lever by.
+      double reach = 0;
+      for (int i = 0; i < 6; ++i)
+        reach = std::max(reach, std::abs(motion[i]) * (i < 3 ? system.length : 1));
+      for (int i = 0; i < 6; ++i)
+        motion[i] *= (i < 3 ? system.length : 1) / reach;
+      addSquare(motion, 1, free);
+    }
+  }
+  result.centre = system.centre;
+  result.sigma = sigma;
+  for (int i = 0; i < 6; ++i)
+    for (int j = 0; j < 6; ++j) {
+      result.information[6 * i + j] = matrix[i][j];
+      result.covariance[6 * i + j] = covariance[i][j];
+    }
+  result.turns = axesOf(covariance, free, spectrum.allowed, 0);
+  result.shifts = axesOf(covariance, free, spectrum.allowed, 3);
+  return result;
+}
+
+Spectrum spectrumAgainst(const SquareMatrix<6>& points, const System& system, double noise)
+{
+  System of_points = system;
+  double* sum = of_points.sums.data();
+  for (int i = 0; i < 6; ++i)
+    for (int j = i; j < 6; ++j)
+      *sum++ = points[i][j];
+  const Spectrum reference = spectrumOf(of_points);
+  for (int k = 0; k < 6; ++k)
+    if (reference.isFree(k))
+      return spectrumOf(system);
+  // In units in which the points' own matrix is the identity.
+  SquareMatrix<6> unit = reference.motions;
+  for (int k = 0; k < 6; ++k)
+    for (int i = 0; i < 6; ++i)
+      unit[i][k] *= reference.allowed[k] ? 1 / std::sqrt(reference.values[k]) : 0;
+  const SquareMatrix<6> matrix = matrixOf(system);
+  SquareMatrix<6> seen{};
+  for (int k = 0; k < 6; ++k)
+    for (int l = 0; l < 6; ++l)
+      for (int i = 0; i < 6; ++i)
+        for (int j = 0; j < 6; ++j)
+          seen[k][l] += unit[i][k] * matrix[i][j] * unit[j][l];
+  const SquareMatrix<6> vectors = diagonalise(seen);
+  Spectrum spectrum;
+  spectrum.allowed = reference.allowed;
+  spectrum.noise = noise;
+  for (int k = 0; k < 6; ++k) {
+    spectrum.values[k] = seen[k][k];
+    for (int i = 0; i < 6; ++i)
+      for (int l = 0; l < 6; ++l)
+        spectrum.motions[i][k] += unit[i][l] * vectors[l][k];
+  }
+  return spectrum;
+}
+
+double robustDeviation(std::vector<float>& residuals)
+{
+  residuals.erase(std::remove_if(residuals.begin(), residuals.end(), [](float r) { return !std::isfinite(r); }),
+                  residuals.end());
+  if (residuals.empty())
+    return 0;
+  constexpr double to_deviation = 1.4826; // 1 / 0.6745, the median of a normal distribution's absolute value
+  const auto median = residuals.begin() + static_cast<std::ptrdiff_t>(residuals.size() / 2);
+  std::nth_element(residuals.begin(), median, residuals.end());
+  return *median * to_deviation;
+}
+
+void PointPairs::add(const std::array<double, 3>& p, double squared_distance)
+{
+  const std::array<double, 3> x{p[0] - origin_[0], p[1] - origin_[1], p[2] - origin_[2]};
+  for (int i = 0; i < 3; ++i) {
+    sum_[i] += x[i];
+    for (int j = 0; j < 3; ++j)
+      products_[i][j] += x[i] * x[j];
+  }
+  squared_distances_ += squared_distance;
+  ++count_;
+}
+
+SquareMatrix<6> PointPairs::matrixAbout(const std::array<double, 3>& centre) const
+{
+  const auto n = static_cast<double>(count_);
+  std::array<double, 3> sum{};
+  SquareMatrix<3> products{};
+  for (int i = 0; i < 3; ++i)
+    sum[i] = sum_[i] - n * (centre[i] - origin_[i]);
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j)
+      products[i][j] = products_[i][j] - (sum_[i] * sum_[j] - sum[i] * sum[j]) / n;
+  const double trace = products[0][0] + products[1][1] + products[2][2];
+  SquareMatrix<6> matrix{};
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j)
+      matrix[i][j] = (i == j ? trace : 0) - products[i][j];
+    const int j = (i + 1) % 3, k = (i + 2) % 3;
+    matrix[i][3 + k] = matrix[3 + k][i] = sum[j];
+    matrix[i][3 + j] = matrix[3 + j][i] = -sum[k];
+    matrix[3 + i][3 + i] = n;
+  }
+  return matrix;
+}
+
+std::optional<Uncertainty> PointPairs::uncertainty(double rounding) const
+{
+  constexpr std::size_t unknowns = 6, of_a_pair = 3;
+  if (of_a_pair * count_ <= unknowns)
+    return std::nullopt;
+  const auto n = static_cast<double>(count_);
+  System system;
+  for (int i = 0; i < 3; ++i)
+    system.centre[i] = origin_[i] + sum_[i] / n;
+  const SquareMatrix<6> matrix = matrixAbout(system.centre);
+  double* entry = system.sums.data();
+  for (int i = 0; i < 6; ++i)
+    for (int j = i; j < 6; ++j)
+      *entry++ = matrix[i][j];
+  const double squared_radius = (matrix[0][0] + matrix[1][1] + matrix[2][2]) / (2 * n);
+  const double length = std::sqrt(std::max(squared_radius, 0.0));
+  system.length = length > rounding ? length : 1;
+  system.row_noise = rounding / system.length;
+  system.sum_noise = 8 * std::numeric_limits<double>::epsilon();
+  const double sigma = std::sqrt(squared_distances_ / static_cast<double>(of_a_pair * count_ - unknowns));
+  return uncertaintyOf(system, spectrumOf(system), sigma);
+}
+
+std::optional<Uncertainty> pointUncertainty(const std::vector<Correspondence>& correspondences,
+                                            const Points& source,
+                                            const Points& target,
+                                            const RigidTransform& pose)
+{
+  if (correspondences.empty())
+    return std::nullopt;
+  const auto moved = [&](const Correspondence& c) {
+    const float* p = valuesAt(source, c.source);
+    return pose(p[0], p[1], p[2]);
+  };
+  PointPairs pairs(moved(correspondences.front()));
+  double largest = 0;
+  for (const Correspondence& c : correspondences) {
+    const auto p = moved(c);
+    const float* q = valuesAt(target, c.target);
+    double squared_distance = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      squared_distance += (p[axis] - q[axis]) * (p[axis] - q[axis]);
+      largest = std::max({largest, std::abs(p[axis]), std::abs(static_cast<double>(q[axis]))});
+    }
+    pairs.add(p, squared_distance);
+  }
+  return pairs.uncertainty(largest * std::numeric_limits<float>::epsilon() / 2);
+}
+
+} // namespace pcl_gpu_icp

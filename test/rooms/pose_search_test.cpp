@@ -1,0 +1,195 @@
+// Poses from nowhere: found for any rotation, for parts of a cloud and among the motions allowed; what is symmetric is
+// said to be ambiguous; the same bits every time.
+#include "reference.h"
+
+#include <pcl_gpu_icp/pose_search.h>
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace pcl_gpu_icp::test {
+
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+
+namespace {
+
+/// A hilly patch with a wall and a block, which looks like itself in one pose only.
+Cloud scene(Random& random, std::size_t n)
+{
+  Cloud cloud(3, n);
+  for (int i = 0; i < cloud.cols(); ++i) {
+    const double u = random.uniform(-1, 1), v = random.uniform(-1, 1);
+    Vector3d point;
+    if (i % 5 == 0)
+      point = {3, 2 * u, 0.8 + 0.8 * v}; // the wall
+    else if (i % 7 == 0)
+      point = {-1.5 + 0.4 * u, 1 + 0.5 * v, 1.2}; // the top of the block
+    else
+      point = {3 * u, 2 * v, 0.3 * std::sin(2 * u) + 0.2 * u * v};
+    cloud.col(i) = point.cast<float>();
+  }
+  return cloud;
+}
+
+double degreesOff(const RigidTransform& found, const Isometry3d& expected)
+{
+  return Eigen::AngleAxisd(isometryOf(found).linear().transpose() * expected.linear()).angle() * 180 / M_PI;
+}
+
+double metresOff(const RigidTransform& found, const Isometry3d& expected, const Cloud& source)
+{
+  return rmsDifference(isometryOf(found), expected, source);
+}
+
+class PoseSearching : public testing::Test {
+protected:
+  Random random{11};
+  PoseSearch poses{Device::select()};
+};
+
+TEST_F(PoseSearching, FindsAnyRotation)
+{
+  const Cloud target = scene(random, 6000);
+  for (int trial = 0; trial < 4; ++trial) {
+    SCOPED_TRACE(trial);
+    const Isometry3d truth = random.motion(20);
+    const Cloud source = moved(scene(random, 5000), truth.inverse());
+    const PoseSearchResult found = poses.search(viewOf(source), viewOf(target));
+    ASSERT_FALSE(found.poses.empty());
+    EXPECT_LT(degreesOff(found.poses[0].transform, truth), 3);
+    EXPECT_LT(metresOff(found.poses[0].transform, truth, source), 0.2);
+    EXPECT_GT(found.poses[0].score, 0.5);
+    EXPECT_FALSE(found.isAmbiguous());
+    EXPECT_GT(found.starts, 500U);
+  }
+}
+
+TEST_F(PoseSearching, FindsAPartOfTheTarget)
+{
+  const Cloud target = scene(random, 8000), all = scene(random, 8000);
+  for (int trial = 0; trial < 2; ++trial) {
+    SCOPED_TRACE(trial);
+    // Two thirds of it, cut across.
+    const Vector3d across = Vector3d(random.uniform(-1, 1), random.uniform(-1, 1), 0).normalized();
+    std::vector<int> kept;
+    for (int i = 0; i < all.cols(); ++i)
+      if (across.dot(all.col(i).cast<double>()) > -0.7)
+        kept.push_back(i);
+    Cloud part(3, kept.size());
+    for (std::size_t i = 0; i < kept.size(); ++i)
+      part.col(static_cast<int>(i)) = all.col(kept[i]);
+    const Isometry3d truth = random.motion(5);
+    const Cloud source = moved(part, truth.inverse());
+    const PoseSearchResult found = poses.search(viewOf(source), viewOf(target));
+    ASSERT_FALSE(found.poses.empty());
+    EXPECT_LT(degreesOff(found.poses[0].transform, truth), 4);
+    EXPECT_LT(metresOff(found.poses[0].transform, truth, source), 0.3);
+  }
+}
+
+TEST_F(PoseSearching, TriesHeadingsAloneWhereNothingTilts)
+{
+  const Cloud target = scene(random, 5000);
+  for (const Motions motions : {Motions::Yaw, Motions::Planar}) {
+    SCOPED_TRACE(toString(motions));
+    poses.setMotions(motions);
+    for (const double angle : {2.0, -1.2}) {
+      const Isometry3d tilt = motion({1, 2, 0}, 0.2, {0, 0, 0.3});
+      const Isometry3d truth = motion({0, 0, 1}, angle, {1, -2, motions == Motions::Yaw ? 0.5 : 0}) * tilt;
+      const Cloud source = moved(scene(random, 5000), truth.inverse());
+      const PoseSearchResult found = poses.search(viewOf(source), viewOf(target), transformOf(tilt));
+      ASSERT_FALSE(found.poses.empty());
+      EXPECT_LE(found.starts, 73U);
+      EXPECT_LT(degreesOff(found.poses[0].transform, truth), 3);
+      EXPECT_LT(metresOff(found.poses[0].transform, truth, source), 0.2);
+      // The guess's tilt, and for a plane its height.
+      const RigidTransform done = compose(found.poses[0].transform, inverse(transformOf(tilt)));
+      EXPECT_NEAR(done.rotation[8], 1, 1e-6);
+      EXPECT_NEAR(done.translation[2], motions == Motions::Yaw ? 0.5 : 0, motions == Motions::Yaw ? 0.1 : 1e-6);
+    }
+  }
+}
+
+TEST_F(PoseSearching, SaysWhatIsSymmetric)
+{
+  // A box: half a turn about any axis is itself.
+  const auto box = [this](std::size_t n) {
+    Cloud cloud(3, n);
+    for (int i = 0; i < cloud.cols(); ++i) {
+      Vector3d point(random.uniform(-3, 3), random.uniform(-2, 2), random.uniform(-1, 1));
+      const int face = i % 3;
+      point[face] = std::copysign(3 - face, point[face]);
+      cloud.col(i) = point.cast<float>();
+    }
+    return cloud;
+  };
+  const Cloud target = box(5000), source = moved(box(5000), random.motion(3));
+  EXPECT_TRUE(poses.search(viewOf(source), viewOf(target)).isAmbiguous());
+}
+
+TEST_F(PoseSearching, HasTheSameBitsHoweverManyRunAtATime)
+{
+  const Cloud target = scene(random, 3000), source = moved(scene(random, 3000), random.motion(3));
+  const PoseSearchResult first = poses.search(viewOf(source), viewOf(target));
+  for (const unsigned lanes : {1U, 8U}) {
+    poses.setLanes(lanes);
+    const PoseSearchResult again = poses.search(viewOf(source), viewOf(target));
+    ASSERT_EQ(again.poses.size(), first.poses.size());
+    for (std::size_t i = 0; i < first.poses.size(); ++i) {
+      EXPECT_EQ(again.poses[i].transform.rotation, first.poses[i].transform.rotation);
+      EXPECT_EQ(again.poses[i].transform.translation, first.poses[i].transform.translation);
+      EXPECT_EQ(again.poses[i].score, first.poses[i].score);
+    }
+  }
+}
+
+TEST_F(PoseSearching, FarFromTheOriginAndInOtherUnitsIsTheSame)
+{
+  for (const double unit : {1e-6, 1e6}) {
+    SCOPED_TRACE(unit);
+    const Cloud target = (scene(random, 4000) * static_cast<float>(unit)).eval();
+    Isometry3d truth = random.motion(1);
+    truth.translation() *= unit;
+    const Cloud source = moved((scene(random, 4000) * static_cast<float>(unit)).eval(), truth.inverse());
+    const PoseSearchResult found = poses.search(viewOf(source), viewOf(target));
+    ASSERT_FALSE(found.poses.empty());
+    EXPECT_LT(degreesOff(found.poses[0].transform, truth), 3);
+    EXPECT_LT(metresOff(found.poses[0].transform, truth, source), 0.2 * unit);
+  }
+  const Cloud target = (scene(random, 4000).colwise() + Eigen::Vector3f(4e3, 5e4, 100)).eval();
+  const Isometry3d truth = Eigen::Translation3d(4e3, 5e4, 100) * random.motion(1);
+  const Cloud source = moved(scene(random, 4000), truth.inverse() * Eigen::Translation3d(4e3, 5e4, 100));
+  const PoseSearchResult found = poses.search(viewOf(source), viewOf(target));
+  ASSERT_FALSE(found.poses.empty());
+  EXPECT_LT(metresOff(found.poses[0].transform, truth, source), 0.2);
+}
+
+TEST_F(PoseSearching, TellsHowFarItIs)
+{
+  const Cloud target = scene(random, 1000);
+  std::size_t last = 0, of = 0;
+  poses.setProgress([&](std::size_t done, std::size_t all) {
+    EXPECT_EQ(done, last + 1);
+    last = done;
+    of = all;
+  });
+  poses.search(viewOf(target), viewOf(target));
+  EXPECT_GT(last, 10U);
+  EXPECT_EQ(last, of);
+}
+
+TEST_F(PoseSearching, HasNothingForTooFewPoints)
+{
+  const Cloud target = scene(random, 1000), few = target.leftCols(5);
+  Cloud at_one_place(3, 100);
+  at_one_place.setOnes();
+  EXPECT_TRUE(poses.search(viewOf(few), viewOf(target)).poses.empty());
+  EXPECT_TRUE(poses.search(viewOf(target), viewOf(few)).poses.empty());
+  EXPECT_TRUE(poses.search(viewOf(at_one_place), viewOf(target)).poses.empty());
+  EXPECT_FALSE(poses.search(viewOf(few), viewOf(target)).isAmbiguous());
+}
+
+} // namespace
+} // namespace pcl_gpu_icp::test
