@@ -1,10 +1,11 @@
 // The normal equations of a metric over the matched pairs. Of a pair, with p the source point at the pose, q its match,
 // e = q - p, J = (-[p - c]x, I) what a small turn about c and a shift do to p, and M the pair's 3x3 information: the
 // sums of J^T M J, of J^T M e and of s = e^T M e. With a loss M is weighed by rho'(s), and the sum of rho(s) is in the
-// place of that of s. A metric is a file that includes this one and says what M is; it defines
-//   OWN_ROWS        how many values it knows of a pair beside the two points; the first is 1, or 0 where there is no
-//   pair load_own()      reads them add_equations() adds a pair to the sums and returns s
-// and then includes system_pass.h.
+// place of that of s.
+//
+// A metric is a file that includes this one and says what M is. It defines OWN_ROWS, how many values it knows of a pair
+// beside the two points, of which the first is 1, or 0 where there is no pair; load_own(), which reads them; and
+// add_equations(), which adds a pair to the sums and returns s. Then it includes system_pass.h.
 #ifndef PCL_GPU_ICP_SYSTEM_H
 #define PCL_GPU_ICP_SYSTEM_H
 

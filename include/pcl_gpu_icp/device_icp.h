@@ -201,8 +201,7 @@ private:
   /// Whether increments are asked of the matcher for listed pairs as well.
   bool solvesSystem() const
   {
-    return isGeneralized() || (planes_ && matches_on_device_) || loss_.function != LossFunction::None ||
-           motions_ != Motions::Rigid;
+    return isGeneralized() || (planes_ && matches_on_device_) || loss_.weighs() || motions_ != Motions::Rigid;
   }
   bool matcherEstimates() const { return increment_from_matching_ || solvesSystem(); }
   /// From listed pairs, where the metric is Point.

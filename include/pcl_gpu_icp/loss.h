@@ -2,6 +2,8 @@
 
 #include <pcl_gpu_icp/export.h>
 
+#include <cmath>
+
 namespace pcl_gpu_icp {
 
 /// What a residual r costs, with c the scale, and how much its pair weighs for it. Without one r^2 and 1.
@@ -23,6 +25,9 @@ struct Loss {
   /// standard deviation, times what keeps 95 % of the efficiency of least squares for one: 1.345 for Huber, 2.385 for
   /// Cauchy, 3.787 for Geman-McClure, 4.685 for Tukey, 2.985 for Welsch. Infinite: no loss.
   double scale = 0;
+
+  /// Whether pairs weigh anything but 1.
+  bool weighs() const { return function != LossFunction::None && !std::isinf(scale); }
 };
 
 PCL_GPU_ICP_API const char* toString(LossFunction function);

@@ -105,7 +105,8 @@ public:
   /// \throws InvalidArgument when nothing of these is set, or for a source point that there is not
   Matches estimate(const std::vector<Correspondence>& kept, const RigidTransform& pose);
 
-  /// Of the pairs that the last increment was of, with the source at `pose`; none where they are too few.
+  /// Of the pairs that the last increment was of, with the source at `pose`; none where they are too few, or the last
+  /// match() was without one.
   std::optional<Uncertainty> uncertainty(const RigidTransform& pose);
 
   /// The pivot that the source's coordinates are kept about on the device: where a rounded transform must be exact.

@@ -1,12 +1,15 @@
 #pragma once
 
 #include <pcl_gpu_icp/device.h>
+#include <pcl_gpu_icp/device_share.h>
 #include <pcl_gpu_icp/motions.h>
 #include <pcl_gpu_icp/points.h>
 #include <pcl_gpu_icp/rigid_transform.h>
 
 #include <cstddef>
 #include <functional>
+#include <memory>
+#include <utility>
 #include <vector>
 
 namespace pcl_gpu_icp {
@@ -20,8 +23,8 @@ struct PoseCandidate {
 };
 
 struct PoseSearchResult {
-  std::vector<PoseCandidate>
-      poses;              ///< the best first, each far from those before it; empty: a cloud has too few points
+  std::vector<PoseCandidate> poses; ///< the best first, each far from those before it; empty: a cloud has too few
+                                    ///< points, or nothing fits anywhere
   std::size_t starts = 0; ///< poses that were tried
 
   /// Whether a pose far from the best one fits nearly as well, as where a cloud is symmetric.
@@ -47,6 +50,10 @@ public:
   /// Starts in flight at a time; 0, the default: as BatchSettings::lanes.
   void setLanes(unsigned lanes) { lanes_ = lanes; }
 
+  /// Where the device is shared: whom to ask before each operation; starts then run one after another. null, the
+  /// default: nobody.
+  void setShare(std::shared_ptr<DeviceShare> share) { share_ = std::move(share); }
+
   /// \param guess which is tried as well; with fewer motions what they leave as it is comes from it
   /// \throws DeviceError
   PoseSearchResult search(const Points& source, const Points& target, const RigidTransform& guess = {}) const;
@@ -55,6 +62,7 @@ private:
   Device device_;
   Motions motions_ = Motions::Rigid;
   unsigned lanes_ = 0;
+  std::shared_ptr<DeviceShare> share_;
   std::function<void(std::size_t, std::size_t)> progress_;
 };
 

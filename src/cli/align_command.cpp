@@ -98,7 +98,7 @@ timedSearch(StageTimes& times, CloudPair& pair, const AlignOptions& options, con
   LiveLine line(!options.quiet);
   const Stopwatch watch(times, "guess");
   const std::size_t known = pair.warnings.size();
-  const auto searched = searchGuess(pair, options, device, 0, [&line](std::size_t done, std::size_t all) {
+  const auto searched = searchGuess(pair, options, device, nullptr, [&line](std::size_t done, std::size_t all) {
     line.show(report::format("searching for a guess: %zu of %zu groups of starts", done, all));
   });
   line.clear();

@@ -40,8 +40,11 @@ BatchResult PairTask::align(DeviceLane& lane)
   std::optional<Stopwatch> reading(std::in_place, report.command_times, "read");
   CloudPair clouds = read();
   reading.reset();
-  constexpr unsigned one_lane = 1; // this one: the others have pairs of their own
-  report.searched_guess = searchGuess(clouds, options, lane.device, one_lane);
+  std::optional<Stopwatch> searching(std::in_place, report.command_times, "guess");
+  report.searched_guess = searchGuess(clouds, options, lane.device, lane.share);
+  searching.reset();
+  if (!report.searched_guess)
+    report.command_times.erase("guess");
   IterativeClosestPoint<pcl::PointXYZ, pcl::PointXYZ, double> icp;
   applySettings(icp, options);
   applyPluginSettings(icp, options, lane.device);

@@ -15,24 +15,31 @@ namespace pcl_gpu_icp::cli {
 std::optional<report::SearchedGuess> searchGuess(CloudPair& pair,
                                                  const AlignmentOptions& options,
                                                  const Device& device,
-                                                 unsigned lanes,
+                                                 std::shared_ptr<DeviceShare> share,
                                                  std::function<void(std::size_t done, std::size_t all)> progress)
 {
   if (!options.guess || !asksForSearch(*options.guess))
     return std::nullopt;
   PoseSearch search(device);
   search.setMotions(options.motions);
-  search.setLanes(lanes);
+  search.setShare(std::move(share));
   search.setProgress(std::move(progress));
   const PoseSearchResult found =
       search.search(search::pointsOf(*pair.source->points), search::pointsOf(*pair.target->points), pair.guess);
   const std::string files = options.source + " onto " + options.target;
   if (found.poses.empty())
-    throw Failure(ExitCode::Input, files + ": --guess auto takes at least 10 points that are not all at one place");
+    throw Failure(ExitCode::Input,
+                  files +
+                      ": --guess auto found no pose: it takes clouds of one size, of at least 10 points that are not "
+                      "all at one place");
   pair.guess = found.poses[0].transform;
   report::SearchedGuess searched{found.starts, found.poses[0].score, std::nullopt};
   if (found.poses.size() > 1)
     searched.next_score = found.poses[1].score;
+  constexpr double low = 0.3; // scans of one place have more
+  if (searched.score < low)
+    pair.warnings.push_back(report::format(
+        "%s: the best pose that was found fits badly, with a score of %.2g of 1", files.c_str(), searched.score));
   if (found.isAmbiguous())
     pair.warnings.push_back(report::format("%s: two poses fit nearly as well, with scores of %.2g and %.2g: the first "
                                            "was taken",

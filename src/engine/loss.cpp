@@ -65,8 +65,6 @@ void requireValid(const Loss& loss)
                           std::to_string(loss.scale));
 }
 
-bool weighs(const Loss& loss) { return loss.function != LossFunction::None && !std::isinf(loss.scale); }
-
 double scaleFrom(std::vector<float>& residuals, LossFunction function)
 {
   const double deviation = robustDeviation(residuals);

@@ -6,9 +6,6 @@
 
 namespace pcl_gpu_icp {
 
-/// Whether pairs weigh anything but 1.
-bool weighs(const Loss& loss);
-
 /// The scale that a loss takes from the residuals, see Loss; 1 where all are 0.
 /// \param residuals as for robustDeviation()
 double scaleFrom(std::vector<float>& residuals, LossFunction function);

@@ -153,12 +153,16 @@ struct Matcher::Implementation {
   /// Puts the increment of normal equations over `pairs` in the place of the one there.
   void solveSystem(const RigidTransform& pose, const opencl::Buffer& pairs, Matches& matches)
   {
-    paired = &pairs;
     if (!system)
       measureBy([&](SystemIncrement& points) { points.setPoints(target->cloud.points, target->cloud.pivot); });
     const std::size_t count = matches.increment.pairs;
+    const Degeneracy of_points = matches.increment.degeneracy;
     matches.increment = system->estimate(queue, precision, source_rows, pose, pairs, target->on_device, objective);
     matches.increment.pairs = count;
+    if (system->metric() == Metric::Point && (of_points == Degeneracy::Line || of_points == Degeneracy::Point)) {
+      matches.increment.degeneracy = of_points;
+      matches.increment.free_motions = 0;
+    }
     matches.mean_squared_residual = system->meanSquaredDistance();
     matches.loss_scale = system->lossScale();
   }
@@ -181,12 +185,11 @@ struct Matcher::Implementation {
 
   std::optional<Uncertainty> uncertainty(const RigidTransform& pose)
   {
-    if (!solvesSystem())
-      return pointsOf(stage.matches(), pose)
-          .uncertainty(std::sqrt(static_cast<double>(source.rounding) * target->cloud.rounding));
-    if (!system || !paired)
+    if (!paired)
       return std::nullopt;
     const PointPairs points = pointsOf(*paired, pose);
+    if (!solvesSystem())
+      return points.uncertainty(std::sqrt(static_cast<double>(source.rounding) * target->cloud.rounding));
     return system->uncertainty(
         queue, precision, source_rows, pose, *paired, target->on_device, objective, points, target->spacing);
   }
@@ -254,7 +257,7 @@ struct Matcher::Implementation {
 
   stages::Match stage;
   opencl::Buffer summary{"match summary"}, kept_matches{"kept matches"};
-  const opencl::Buffer* paired = nullptr; ///< what normal equations were solved for last
+  const opencl::Buffer* paired = nullptr; ///< what the last increment was of; null: there is none
   std::optional<SystemIncrement> system;  ///< makes the increments where they are not the five stages'
   Objective objective;
 };
@@ -437,7 +440,8 @@ Matches Matcher::match(const RigidTransform& pose, float max_squared_distance, b
   else
     matches.increment.degeneracy = Degeneracy::Empty;
   matches.mean_squared_residual = matches.mean_squared_distance;
-  if (with_increment && self.solvesSystem() && matches.increment.pairs > 0)
+  self.paired = with_increment && matches.increment.pairs > 0 ? &self.stage.matches() : nullptr;
+  if (self.paired && self.solvesSystem())
     self.solveSystem(pivoted, self.stage.matches(), matches);
   self.complete(matches.increment, device_pose);
   return matches;
@@ -504,6 +508,7 @@ Matches Matcher::estimate(const std::vector<Correspondence>& kept, const RigidTr
       std::copy(matches.begin(), matches.end(), static_cast<cl_int*>(memory));
     });
     estimate.pairs = kept.size();
+    self.paired = &self.kept_matches;
     self.solveSystem(device_pose.pivoted(), self.kept_matches, result);
   }
   self.complete(estimate, device_pose);

@@ -20,7 +20,7 @@ namespace pcl_gpu_icp {
 namespace {
 
 constexpr double pi = 3.14159265358979323846;
-constexpr std::size_t fewest_points = 10;
+constexpr std::size_t fewest_points = 10, fewest_voxels = 4;
 constexpr float everywhere = std::numeric_limits<float>::infinity();
 
 /// Evenly over all rotations (Alexa 2022).
@@ -71,6 +71,26 @@ std::array<double, 3> centroidOf(const std::vector<PlacedPoint>& points)
   return {sum[0] / n, sum[1] / n, sum[2] / n};
 }
 
+/// Of points, but for a few far from all others.
+struct Box {
+  explicit Box(const std::vector<PlacedPoint>& points)
+  {
+    low.fill(std::numeric_limits<double>::infinity());
+    high.fill(-std::numeric_limits<double>::infinity());
+    const search::Bulk bulk(viewOf(points));
+    for (const PlacedPoint& point : points)
+      if (bulk.holds(point.xyz))
+        for (int axis = 0; axis < 3; ++axis) {
+          low[axis] = std::min<double>(low[axis], point.xyz[axis]);
+          high[axis] = std::max<double>(high[axis], point.xyz[axis]);
+        }
+  }
+
+  double thickness() const { return std::min({high[0] - low[0], high[1] - low[1], high[2] - low[2]}); }
+
+  std::array<double, 3> low{}, high{};
+};
+
 double distance(const std::array<double, 3>& a, const std::array<double, 3>& b)
 {
   return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
@@ -107,17 +127,21 @@ struct Round {
 
 /// A target on a device, and its normals where increments are to planes.
 struct RoundTarget {
-  RoundTarget(const Device& device, const ThinPair& pair, bool to_planes)
+  RoundTarget(const Device& device, const ThinPair& pair, bool to_planes, const std::shared_ptr<DeviceShare>& share)
   : tree(Matcher(device, CorrespondenceSearch::DeviceKdTree, Precision::Float).makeTarget(viewOf(pair.target)))
   {
-    if (to_planes)
-      normals = NormalEstimator(device, Precision::Float).estimate(viewOf(pair.target));
+    if (!to_planes)
+      return;
+    NormalEstimator estimator(device, Precision::Float);
+    estimator.setShare(share);
+    normals = estimator.estimate(viewOf(pair.target));
   }
 
   /// With the source of the pair.
-  std::unique_ptr<Matcher> matcher(const Device& device, const ThinPair& pair) const
+  std::unique_ptr<Matcher> matcherOn(const DeviceLane& lane, const ThinPair& pair) const
   {
-    auto made = std::make_unique<Matcher>(device, CorrespondenceSearch::DeviceKdTree, Precision::Float);
+    auto made = std::make_unique<Matcher>(lane.device, CorrespondenceSearch::DeviceKdTree, Precision::Float);
+    made->setShare(lane.share);
     made->setNumberOfThreads(1);
     made->setTarget(tree);
     if (!normals.empty())
@@ -146,7 +170,7 @@ void sortByScore(std::vector<PoseCandidate>& candidates)
 /// How well a pose puts each cloud on the other: what the source would show of the target must be there as well.
 class TwoWayScore {
 public:
-  TwoWayScore(const Device& device, const ThinPair& pair, double scale)
+  TwoWayScore(const Device& device, const ThinPair& pair, double scale, const std::shared_ptr<DeviceShare>& share)
   : pair_(&pair)
   , scale_(scale)
   , forward_(device, CorrespondenceSearch::DeviceKdTree, Precision::Float)
@@ -155,15 +179,15 @@ public:
     forward_.setTarget(forward_.makeTarget(viewOf(pair.target)));
     forward_.setSource(viewOf(pair.source));
     backward_.setTarget(backward_.makeTarget(viewOf(pair.source)));
-    for (Matcher* matcher : {&forward_, &backward_})
+    for (Matcher* matcher : {&forward_, &backward_}) {
+      matcher->setShare(share);
       matcher->setLoss({LossFunction::GemanMcClure, scale});
-    low_.fill(std::numeric_limits<double>::infinity());
-    high_.fill(-std::numeric_limits<double>::infinity());
-    for (const PlacedPoint& point : pair.source)
-      for (int axis = 0; axis < 3; ++axis) {
-        low_[axis] = std::min(low_[axis], point.xyz[axis] - scale);
-        high_[axis] = std::max(high_[axis], point.xyz[axis] + scale);
-      }
+    }
+    const Box box(pair.source);
+    for (int axis = 0; axis < 3; ++axis) {
+      low_[axis] = box.low[axis] - scale;
+      high_[axis] = box.high[axis] + scale;
+    }
   }
 
   double operator()(const RigidTransform& pose)
@@ -216,6 +240,9 @@ PoseSearchResult PoseSearch::search(const Points& source, const Points& target, 
   if (!(coarse_size > 0 && fine_size > 0))
     return result;
   const ThinPair coarse(source_points, target_points, coarse_size), fine(source_points, target_points, fine_size);
+  for (const auto* thinned : {&coarse.source, &coarse.target, &fine.source, &fine.target})
+    if (thinned->size() < fewest_voxels)
+      return result;
 
   // The starts, between the clouds about their pivots.
   const RigidTransform start = recentred(guess, source_pivot, target_pivot);
@@ -247,34 +274,46 @@ PoseSearchResult PoseSearch::search(const Points& source, const Points& target, 
   const auto groups_of = [](std::size_t count) { return (count + of_a_group - 1) / of_a_group; };
   const auto bringNearer = [&](const ThinPair& pair, const Round& round, std::size_t groups_after) {
     groups = groups_done + groups_of(candidates.size()) + groups_after;
-    const RoundTarget round_target(device_, pair, round.to_planes);
-    BatchLanes lanes;
-    for (std::size_t first = 0; first < candidates.size(); first += of_a_group)
-      lanes.add(pair.source.size() + pair.target.size(), [&, first](DeviceLane& lane) {
-        if (!lane.matcher) {
-          lane.matcher = round_target.matcher(lane.device, pair);
-          lane.matcher->setShare(lane.share);
-        }
-        Matcher& matcher = *lane.matcher;
-        const double scale = round.scale * pair.voxel;
-        matcher.setLoss({LossFunction::GemanMcClure, scale});
-        matcher.setMotions(motions_);
-        for (std::size_t i = first; i < std::min(first + of_a_group, candidates.size()); ++i) {
-          RigidTransform& pose = candidates[i].transform;
-          for (int iteration = 0; iteration < round.iterations; ++iteration)
-            pose = compose(matcher.match(pose, everywhere).increment.transform, pose);
-          candidates[i].score = scoreOf(matcher.match(pose, everywhere), scale);
-        }
-        return BatchResult();
-      });
-    BatchSettings settings;
-    settings.lanes = lanes_;
-    for (const BatchResult& done : lanes.run({device_}, settings, [&](std::size_t, const BatchResult&) {
-           if (progress_)
-             progress_(++groups_done, groups);
-         }))
-      if (done.alignment.error)
-        std::rethrow_exception(done.alignment.error);
+    const RoundTarget round_target(device_, pair, round.to_planes, share_);
+    const auto run = [&](DeviceLane& lane, std::size_t first) {
+      if (!lane.matcher)
+        lane.matcher = round_target.matcherOn(lane, pair);
+      Matcher& matcher = *lane.matcher;
+      const double scale = round.scale * pair.voxel;
+      matcher.setLoss({LossFunction::GemanMcClure, scale});
+      matcher.setMotions(motions_);
+      for (std::size_t i = first; i < std::min(first + of_a_group, candidates.size()); ++i) {
+        RigidTransform& pose = candidates[i].transform;
+        for (int iteration = 0; iteration < round.iterations; ++iteration)
+          pose = compose(matcher.match(pose, everywhere).increment.transform, pose);
+        candidates[i].score = scoreOf(matcher.match(pose, everywhere), scale);
+      }
+    };
+    const auto tell = [&] {
+      ++groups_done;
+      if (progress_)
+        progress_(groups_done, groups);
+    };
+    if (share_) {
+      DeviceLane lane(device_, share_, nullptr);
+      for (std::size_t first = 0; first < candidates.size(); first += of_a_group) {
+        run(lane, first);
+        tell();
+      }
+    }
+    else {
+      BatchLanes lanes;
+      for (std::size_t first = 0; first < candidates.size(); first += of_a_group)
+        lanes.add(pair.source.size() + pair.target.size(), [&, first](DeviceLane& lane) {
+          run(lane, first);
+          return BatchResult();
+        });
+      BatchSettings settings;
+      settings.lanes = lanes_;
+      for (const BatchResult& done : lanes.run({device_}, settings, [&](std::size_t, const BatchResult&) { tell(); }))
+        if (done.alignment.error)
+          std::rethrow_exception(done.alignment.error);
+    }
     sortByScore(candidates);
   };
   const auto keep = [&](std::size_t most, bool distinct) {
@@ -297,13 +336,18 @@ PoseSearchResult PoseSearch::search(const Points& source, const Points& target, 
   keep(after_first, false);
   bringNearer(coarse, {10, 2, false}, groups_of(after_second));
   keep(after_second, true);
-  bringNearer(fine, {15, 4, true}, 0);
+  // Normals of a flat cloud say nothing of its outline.
+  const bool has_surfaces = motions_ != Motions::Planar && Box(fine.target).thickness() > fine.voxel;
+  bringNearer(fine, {15, 4, has_surfaces}, 0);
 
-  TwoWayScore score(device_, fine, 4 * fine.voxel);
+  TwoWayScore score(device_, fine, 4 * fine.voxel, share_);
   for (PoseCandidate& candidate : candidates)
     candidate.score = score(candidate.transform);
   sortByScore(candidates);
   keep(after_third, true);
+  candidates.erase(
+      std::remove_if(candidates.begin(), candidates.end(), [](const PoseCandidate& c) { return !(c.score > 0); }),
+      candidates.end());
   for (PoseCandidate& candidate : candidates)
     candidate.transform = recentred(candidate.transform,
                                     {-source_pivot[0], -source_pivot[1], -source_pivot[2]},

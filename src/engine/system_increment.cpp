@@ -46,12 +46,14 @@ double tangentialShare(const stages::Covariance& c)
 {
   SquareMatrix<3> matrix{{{c[0], c[1], c[2]}, {c[1], c[3], c[4]}, {c[2], c[4], c[5]}}};
   diagonalise(matrix);
-  double sum = 0, least = std::numeric_limits<double>::infinity();
-  for (int i = 0; i < 3; ++i) {
-    sum += 1 / matrix[i][i];
-    least = std::min(least, 1 / matrix[i][i]);
-  }
-  return least / sum;
+  const double greatest = std::max({matrix[0][0], matrix[1][1], matrix[2][2]});
+  if (!(greatest > 0)) // a point without any: all directions are the same
+    return 1.0 / 3;
+  constexpr double flattest = 1e-6; // of what float32 holds
+  double sum = 0;
+  for (int i = 0; i < 3; ++i)
+    sum += 1 / std::max(matrix[i][i], flattest * greatest);
+  return 1 / (greatest * sum);
 }
 
 /// Of the increment, in the frame that it is estimated in.
@@ -73,7 +75,7 @@ void SystemIncrement::measureRounding(const std::vector<PlacedPoint>& target, co
     rounding_[axis] = largest[axis] * std::numeric_limits<float>::epsilon() / 2;
 }
 
-bool Objective::isPlain() const { return !weighs(loss) && motions == Motions::Rigid; }
+bool Objective::isPlain() const { return !loss.weighs() && motions == Motions::Rigid; }
 
 void SystemIncrement::setPoints(const std::vector<PlacedPoint>& target, const std::array<double, 3>& pivot)
 {
@@ -167,7 +169,7 @@ System SystemIncrement::systemAt(opencl::Queue& queue,
                  target,
                  own_,
                  system.centre,
-                 weighs(objective.loss) ? objective.loss : Loss{},
+                 objective.loss.weighs() ? objective.loss : Loss{},
                  residuals != nullptr,
                  real_bytes,
                  total_);
@@ -199,12 +201,12 @@ Estimate SystemIncrement::estimate(opencl::Queue& queue,
     throw InvalidArgument("the source's points are " + std::to_string(source_points_) + ", its covariances " +
                           std::to_string(source_covariances_));
   Objective sought = objective;
-  if (weighs(sought.loss) && sought.loss.scale == 0) {
+  if (sought.loss.weighs() && sought.loss.scale == 0) {
     std::vector<float> residuals;
     systemAt(queue, precision, source, pose, pose, matches, target, {{}, objective.motions}, &residuals);
     sought.loss.scale = scaleFrom(residuals, sought.loss.function);
   }
-  loss_scale_ = weighs(sought.loss) ? sought.loss.scale : 0;
+  loss_scale_ = sought.loss.weighs() ? sought.loss.scale : 0;
   System system = systemAt(queue, precision, source, pose, pose, matches, target, sought);
   const double trace = system.unweighedTrace() / (metric_ == Metric::Point ? 3 : 1);
   mean_squared_distance_ = trace > 0 ? system.cost() / trace : 0;
@@ -246,7 +248,8 @@ std::optional<Uncertainty> SystemIncrement::uncertainty(opencl::Queue& queue,
                                                         double spacing)
 {
   Objective sought = objective;
-  sought.loss.scale = loss_scale_;
+  if (objective.loss.weighs())
+    sought.loss.scale = loss_scale_;
   std::vector<float> residuals;
   const System system = systemAt(queue, precision, source, pose, pose, matches, target, sought, &residuals);
   double robust = robustDeviation(residuals);
@@ -262,9 +265,13 @@ std::optional<Uncertainty> SystemIncrement::uncertainty(opencl::Queue& queue,
     spectrum = spectrumOf(system);
   }
   else {
-    // What the pairs that fit tell: where a normal is wrong, as at an edge, the pair does not.
+    // What the pairs that fit tell, by the loss or by one for this: where a normal is wrong, as at an edge, they do
+    // not.
     const Loss fits{LossFunction::Tukey, scaleFrom(residuals, LossFunction::Tukey)};
-    const System fitting = systemAt(queue, precision, source, pose, pose, matches, target, {fits, objective.motions});
+    const System fitting =
+        objective.loss.weighs()
+            ? system
+            : systemAt(queue, precision, source, pose, pose, matches, target, {fits, objective.motions});
     // The slope of a plane through 20 points, their noise over the distance between neighbours: what turns normals, and
     // with them tells of motions along the surface. What is no more than twice that is not told. Without any noise
     // normals are still off where surfaces meet; and with more than that, or from a pose that
@@ -277,9 +284,15 @@ std::optional<Uncertainty> SystemIncrement::uncertainty(opencl::Queue& queue,
     const double nothing =
         most * most * (of_normals * of_normals + tangential_) + fitting.row_noise * fitting.row_noise;
     spectrum = spectrumAgainst(points.matrixAbout(system.centre), fitting, nothing * fitting.weight() / pairs);
+    // Where no motion allowed is across the surface, as of a flat outline within its plane, GICP holds points.
+    bool across = metric_ == Metric::Plane;
+    for (int k = 0; k < 6; ++k)
+      across = across || spectrum.isDetermined(k);
+    if (!across)
+      spectrum = spectrumOf(system);
   }
   const double sigma =
-      weighs(sought.loss) ? robust : std::sqrt(system.cost() / static_cast<double>(numbers - unknowns));
+      sought.loss.weighs() ? robust : std::sqrt(system.cost() / static_cast<double>(numbers - unknowns));
   return uncertaintyOf(system, spectrum, sigma);
 }
 

@@ -57,8 +57,10 @@ public:
 
   /// The increment in the target's frame, about the target's pivot; `pairs` is left to the caller. Point-to-plane's is
   /// the linearised one (Low 2004); the others' is, for the pairs and their information, the minimum (Gauss-Newton;
-  /// with a loss iteratively reweighted). \param pose from the source's frame (about its pivot) to the target's \throws
-  /// InvalidArgument when the sums overflowed, or GICP has no covariances of the source
+  /// with a loss iteratively reweighted).
+  ///
+  /// \param pose from the source's frame (about its pivot) to the target's
+  /// \throws InvalidArgument when the sums overflowed, or GICP has no covariances of the source
   Estimate estimate(opencl::Queue& queue,
                     Precision precision,
                     const stages::SourcePoints& source,

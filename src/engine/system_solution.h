@@ -36,8 +36,8 @@ struct Spectrum {
   std::array<double, 6> values{};
   double noise = 0; ///< what of a value is nothing
 
-  bool isFree(int k) const { return allowed[k] && values[k] <= noise; }
   bool isDetermined(int k) const { return allowed[k] && values[k] > noise; }
+  bool isFree(int k) const { return allowed[k] && !isDetermined(k); }
 };
 
 /// With rotations in units of what they move the lever's end by, motions are eigenvectors of length 1.

@@ -36,8 +36,12 @@ axesOf(const SquareMatrix<6>& covariance, const SquareMatrix<6>& free, const std
     if (share_held > 0.5)
       continue;
     const bool determined = block[k][k] < 1e3 * largest;
+    double variance = 0;
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j)
+        variance += vectors[i][k] * covariance[first + i][first + j] * vectors[j][k];
     axes.push_back({{vectors[0][k], vectors[1][k], vectors[2][k]},
-                    determined ? std::sqrt(std::max(block[k][k], 0.0)) : std::numeric_limits<double>::infinity()});
+                    determined ? std::sqrt(std::max(variance, 0.0)) : std::numeric_limits<double>::infinity()});
     // Of the two signs the one whose largest entry is positive.
     auto& direction = axes.back().direction;
     const auto entry = std::max_element(

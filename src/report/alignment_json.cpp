@@ -18,7 +18,7 @@ Json droppedJson(const PointCounts& points)
 
 Json lossJson(const AlignmentResult& result)
 {
-  if (result.loss.function == LossFunction::None)
+  if (!result.loss.weighs())
     return {};
   return {{"function", toString(result.loss.function)},
           {"scale", result.loss_scale > 0 ? Json(result.loss_scale) : Json()},

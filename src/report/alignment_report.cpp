@@ -28,7 +28,7 @@ std::string cloudText(const char* role, const std::string& file, const PointCoun
 
 std::string lossText(const AlignmentResult& result)
 {
-  if (result.loss.function == LossFunction::None)
+  if (!result.loss.weighs())
     return "";
   std::string text = std::string(", loss ") + toString(result.loss.function);
   if (result.loss_scale > 0)

@@ -34,6 +34,13 @@ std::string howItEnded(const AlignmentReport& report)
   }
 }
 
+/// Of three to six.
+const char* countWord(int count)
+{
+  constexpr const char* words[] = {"three", "four", "five", "six"};
+  return words[count - 3];
+}
+
 std::string tooFewPairsText(const AlignmentReport& report)
 {
   const std::size_t pairs = report.result.inliers;
@@ -47,6 +54,18 @@ std::string tooFewPairsText(const AlignmentReport& report)
   return text;
 }
 
+std::string slidingText(const AlignmentResult& result)
+{
+  const auto allowed = unknownsOf(result.motions);
+  std::string text = format("of the %s motions %d only slide along the surface",
+                            countWord(static_cast<int>(std::count(allowed.begin(), allowed.end(), true))),
+                            result.free_motions);
+  // Where the last step left out more than that, which rounding hides, they are not named.
+  if (result.uncertainty && result.uncertainty->free_motions == result.free_motions)
+    text += ": " + undeterminedMotions(*result.uncertainty);
+  return text;
+}
+
 std::string undeterminedText(const AlignmentResult& result)
 {
   if (result.inliers > 0 && result.inliers < fewest_pairs)
@@ -55,8 +74,7 @@ std::string undeterminedText(const AlignmentResult& result)
   case Degeneracy::None:
     return "nothing";
   case Degeneracy::Sliding:
-    return format("of the six motions %d only slide along the surface", result.free_motions) +
-           (result.uncertainty ? ": " + undeterminedMotions(*result.uncertainty) : "");
+    return slidingText(result);
   case Degeneracy::Line:
     return "all matched points lie on one line, so the rotation about it is not determined";
   case Degeneracy::Point:

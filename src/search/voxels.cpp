@@ -74,6 +74,12 @@ double voxelSizeFor(const std::vector<PlacedPoint>& points, std::size_t voxels)
   for (std::size_t i = 0; i < points.size(); i += points.size() / samples_at_most + 1)
     if (bulk.holds(points[i].xyz))
       samples.push_back(points[i]);
+  const auto before = [](const PlacedPoint& a, const PlacedPoint& b) {
+    return std::lexicographical_compare(a.xyz, a.xyz + 3, b.xyz, b.xyz + 3);
+  };
+  const auto same = [](const PlacedPoint& a, const PlacedPoint& b) { return std::equal(a.xyz, a.xyz + 3, b.xyz); };
+  std::sort(samples.begin(), samples.end(), before);
+  samples.erase(std::unique(samples.begin(), samples.end(), same), samples.end());
   voxels = std::min(voxels, samples.size() / 2); // finer voxels hold a point each
   double extent = 0;
   for (const double largest : bulk.largest(viewOf(points)))

@@ -191,6 +191,12 @@ class Options(CommandTest):
     def test_guess_auto_takes_points(self):
         few = self.write("few.pcd", pcd([(1, 2, 3)] * 50))
         self.fail_with(INPUT, "align", few, self.target, "--guess", "auto", names=["few.pcd", "--guess auto"])
+        # Heaps in a row and heaps in a ring have two places in common.
+        heap = sampled_surface(200, seed=5)
+        row = [(x + 20 * i, y, z) for i in range(6) for x, y, z in heap]
+        ring = [(x + 47 * math.cos(a * a), y + 47 * math.sin(a * a), z) for a in range(6) for x, y, z in heap]
+        arguments = ["align", self.write("row.pcd", pcd(row)), self.write("ring.pcd", pcd(ring)), "--guess", "auto"]
+        self.assertIn("fits badly", self.run_command(*arguments).stderr)
         self.fail_with(USAGE, "compare", few, self.target, "--guess", "auto", names="--guess auto")
 
     def farthest(self, transform, points, onto=MOTION):

@@ -112,6 +112,31 @@ TEST_F(LossAndMotions, OverListedPairsIsTheSame)
     }
 }
 
+TEST_F(LossAndMotions, AnEndlessScaleIsNone)
+{
+  const auto all = pcl::make_shared<pcl::registration::CorrespondenceRejectorDistance>();
+  all->setMaximumDistance(100);
+  for (const Metric metric : metrics)
+    for (const bool listed : {false, true}) {
+      SCOPED_TRACE(toString(metric) + std::to_string(listed));
+      Icp plain, endless;
+      for (Icp* aligner : {&plain, &endless}) {
+        aligner->setMetric(metric);
+        aligner->setMaximumIterations(5);
+        if (listed)
+          aligner->addCorrespondenceRejector(all);
+      }
+      endless.setLoss({LossFunction::Huber, std::numeric_limits<double>::infinity()});
+      EXPECT_EQ(aligned(endless), aligned(plain));
+      ASSERT_TRUE(endless.getResult().uncertainty);
+      EXPECT_EQ(endless.getResult().uncertainty->covariance, plain.getResult().uncertainty->covariance);
+    }
+  Icp with_search;
+  with_search.setSearchMethodTarget(pcl::make_shared<pcl::search::KdTree<PointXYZ>>());
+  with_search.setLoss({LossFunction::Huber, std::numeric_limits<double>::infinity()});
+  aligned(with_search);
+}
+
 TEST_F(LossAndMotions, InABatchAreTheBitsOfAlone)
 {
   const auto configure = [](auto& aligner) {

@@ -273,6 +273,68 @@ TEST(WhatNoiseLeavesUndetermined, IsNamed)
     }
 }
 
+TEST(WhatNoiseLeavesUndetermined, LeavesTheRestAsTheCovarianceHasIt)
+{
+  const Eigen::Affine3f tilt(Eigen::AngleAxisf(0.7F, Eigen::Vector3f(1, 2, 3).normalized()));
+  const Cloud::Ptr source = scenes::moved(*corridor(0.01, 1), tilt), target = scenes::moved(*corridor(0.01, 2), tilt);
+  for (const Metric metric : {Metric::Plane, Metric::Generalized}) {
+    SCOPED_TRACE(toString(metric));
+    const AlignmentResult result = resultOf(source, target, metric, Motions::Rigid);
+    ASSERT_TRUE(result.uncertainty);
+    EXPECT_EQ(undetermined(result.uncertainty->shifts).size(), 1U);
+    const Matrix6 covariance = matrixOf(result.uncertainty->covariance);
+    const auto expect = [&](const std::vector<Uncertainty::Axis>& axes, const Eigen::Matrix3d& block) {
+      for (const Uncertainty::Axis& axis : axes) {
+        const Eigen::Map<const Eigen::Vector3d> direction(axis.direction.data());
+        EXPECT_NEAR(direction.norm(), 1, 1e-9);
+        if (std::isfinite(axis.deviation)) {
+          EXPECT_NEAR(axis.deviation, std::sqrt(direction.dot(block * direction)), 1e-6 * axis.deviation);
+        }
+      }
+    };
+    expect(result.uncertainty->turns, covariance.topLeftCorner<3, 3>());
+    expect(result.uncertainty->shifts, covariance.bottomRightCorner<3, 3>());
+  }
+}
+
+TEST(WhatNoiseLeavesUndetermined, IsSaidOfALossThatLeavesNothingToo)
+{
+  Icp icp;
+  icp.setMetric(Metric::Plane);
+  icp.setLoss({LossFunction::Tukey, 1e-7});
+  icp.setMaximumIterations(5);
+  icp.setInputSource(corridor(0.01, 1));
+  icp.setInputTarget(corridor(0.01, 2));
+  Cloud output;
+  icp.align(output);
+  const AlignmentResult& result = icp.getResult();
+  ASSERT_TRUE(result.uncertainty) << result.message;
+  EXPECT_GT(result.free_motions, 0);
+  for (const double entry : result.uncertainty->covariance)
+    EXPECT_TRUE(std::isfinite(entry));
+}
+
+TEST(WhatNoiseLeavesUndetermined, IsEverythingWithoutCovariances)
+{
+  // Distributions that are points: their information has no bound, and nothing is noise.
+  using Gicp = GeneralizedIterativeClosestPoint<PointXYZ, PointXYZ>;
+  const auto target = scenes::hills<PointXYZ>(500);
+  const auto covariances = [](const Cloud& cloud, double size) {
+    Gicp::MatricesVectorPtr matrices(new Gicp::MatricesVector);
+    matrices->assign(cloud.size(), Eigen::Matrix3d::Identity() * size);
+    return matrices;
+  };
+  Gicp gicp;
+  gicp.setInputSource(target);
+  gicp.setInputTarget(target);
+  gicp.setSourceCovariances(covariances(*target, 1));
+  gicp.setTargetCovariances(covariances(*target, 0));
+  Cloud output;
+  gicp.align(output);
+  ASSERT_TRUE(gicp.getResult().uncertainty) << gicp.getResult().message;
+  EXPECT_EQ(gicp.getResult().uncertainty->free_motions, gicp.getResult().free_motions);
+}
+
 TEST(WhatNoiseLeavesUndetermined, IsOfTheMotionsAllowed)
 {
   // Along the corridor is the only way that is not held, and no way that may be gone.
@@ -301,6 +363,14 @@ TEST(WhatFewPairsLeaveUndetermined, IsNamed)
   ASSERT_EQ(free.size(), 1U);
   EXPECT_LT((free[0] - Eigen::Vector3d(1, 2, 0).normalized()).norm(), 1e-5);
   EXPECT_TRUE(undetermined(on_a_line.uncertainty->shifts).empty());
+
+  Icp robust;
+  robust.setLoss({LossFunction::Cauchy, 1});
+  robust.setInputSource(line);
+  robust.setInputTarget(line);
+  Cloud output;
+  robust.align(output);
+  EXPECT_EQ(robust.getResult().degeneracy, Degeneracy::Line);
 
   Cloud::Ptr two(new Cloud);
   two->push_back({0, 0, 0});

@@ -346,6 +346,24 @@ TEST_P(Objective, WhereMostResidualsAreNothingHasAScaleAllTheSame)
   }
 }
 
+TEST_P(Objective, HasNoUncertaintyWithoutAnIncrement)
+{
+  const Pairs pairs = pairsFor(Metric::Plane, GetParam().affordable(100));
+  for (const Metric metric : metrics) {
+    SCOPED_TRACE(toString(metric));
+    Matcher matcher = matcherOf(metric, pairs);
+    EXPECT_FALSE(matcher.uncertainty({}));
+    matcher.match({}, infinity);
+    EXPECT_TRUE(matcher.uncertainty({}));
+    matcher.match({}, infinity, false);
+    EXPECT_FALSE(matcher.uncertainty({}));
+    matcher.match({}, infinity);
+    matcher.setSource(viewOf(pairs.target));
+    EXPECT_FALSE(matcher.uncertainty({}));
+  }
+  EXPECT_FALSE(makeMatcher(GetParam().device, GetParam().traits, GetParam().precision).uncertainty({}));
+}
+
 TEST_P(Objective, RefusesAScaleThatIsNone)
 {
   Matcher matcher = makeMatcher(GetParam().device, GetParam().traits, GetParam().precision);

@@ -180,6 +180,39 @@ TEST_F(PoseSearching, TellsHowFarItIs)
   EXPECT_EQ(last, of);
 }
 
+TEST_F(PoseSearching, PointsThatRepeatCountOnce)
+{
+  const Cloud once = scene(random, 900), target = scene(random, 3000);
+  Cloud source(3, 20 * once.cols());
+  for (int i = 0; i < source.cols(); ++i)
+    source.col(i) = once.col(i % once.cols());
+  const PoseSearchResult found = poses.search(viewOf(source), viewOf(target));
+  ASSERT_FALSE(found.poses.empty());
+  EXPECT_GT(found.poses[0].score, 0.5);
+}
+
+TEST_F(PoseSearching, FlatCloudsAreFoundByTheirOutline)
+{
+  const auto outline = [this](std::size_t n) {
+    Cloud cloud(3, n);
+    for (int i = 0; i < cloud.cols(); ++i) {
+      const double s = random.uniform(0, 4);
+      const Vector3d point = s < 2   ? Vector3d(2 * s, 0, 0)
+                             : s < 3 ? Vector3d(4, 3 * (s - 2), 0)
+                                     : Vector3d(4 - 2 * (s - 3), 3, 0);
+      cloud.col(i) = point.cast<float>();
+    }
+    return cloud;
+  };
+  poses.setMotions(Motions::Planar);
+  const Isometry3d truth = motion({0, 0, 1}, 2, {1, -2, 0});
+  const Cloud target = outline(1000), source = moved(outline(1000), truth.inverse());
+  const PoseSearchResult found = poses.search(viewOf(source), viewOf(target));
+  ASSERT_FALSE(found.poses.empty());
+  EXPECT_LT(degreesOff(found.poses[0].transform, truth), 3);
+  EXPECT_LT(metresOff(found.poses[0].transform, truth, source), 0.1);
+}
+
 TEST_F(PoseSearching, HasNothingForTooFewPoints)
 {
   const Cloud target = scene(random, 1000), few = target.leftCols(5);
@@ -189,6 +222,11 @@ TEST_F(PoseSearching, HasNothingForTooFewPoints)
   EXPECT_TRUE(poses.search(viewOf(target), viewOf(few)).poses.empty());
   EXPECT_TRUE(poses.search(viewOf(at_one_place), viewOf(target)).poses.empty());
   EXPECT_FALSE(poses.search(viewOf(few), viewOf(target)).isAmbiguous());
+  // In other units no more than a place.
+  const Cloud tiny = target * 1e-7F;
+  for (const PoseCandidate& pose : poses.search(viewOf(tiny), viewOf(target)).poses)
+    EXPECT_GT(pose.score, 0);
+  EXPECT_TRUE(poses.search(viewOf(target), viewOf(at_one_place)).poses.empty());
 }
 
 } // namespace

@@ -105,9 +105,9 @@ void DeviceIcp<PclIcp>::prepareMatching()
   result_.metric = getMetric();
   matches_on_device_ = usesDefaultSearch();
   if (solvesSystem() && !(matches_on_device_ && estimatesRigidly()))
-    throw InvalidArgument(std::string(isGeneralized()                        ? "generalized ICP"
-                                      : loss_.function != LossFunction::None ? "a loss"
-                                                                             : "fewer than six motions") +
+    throw InvalidArgument(std::string(isGeneralized()  ? "generalized ICP"
+                                      : loss_.weighs() ? "a loss"
+                                                       : "fewer than six motions") +
                           " excludes a search method, a correspondence estimation, a transformation estimation or a "
                           "point representation of the caller's");
   if (search_ == CorrespondenceSearch::DeviceKdTree && !matches_on_device_)
