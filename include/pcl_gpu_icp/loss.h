@@ -21,9 +21,10 @@ enum class LossFunction {
 /// clouds' unit, or of GICP the Mahalanobis distance.
 struct Loss {
   LossFunction function = LossFunction::None;
-  /// c. 0: of each iteration anew, the median of the residuals times 1.4826, which for a normal distribution is its
-  /// standard deviation, times what keeps 95 % of the efficiency of least squares for one: 1.345 for Huber, 2.385 for
-  /// Cauchy, 3.787 for Geman-McClure, 4.685 for Tukey, 2.985 for Welsch. Infinite: no loss.
+  /// c. 0: of each iteration anew, the median of the residuals (beyond 16,384 of a sample) times 1.4826, which for a
+  /// normal distribution is its standard deviation, times what keeps 95 % of the efficiency of least squares for
+  /// one: 1.345 for Huber, 2.385 for Cauchy, 3.787 for Geman-McClure, 4.685 for Tukey, 2.985 for Welsch. Infinite: no
+  /// loss.
   double scale = 0;
 
   /// Whether pairs weigh anything but 1.

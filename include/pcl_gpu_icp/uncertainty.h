@@ -9,7 +9,8 @@ namespace pcl_gpu_icp {
 /// follows it, in the target's frame. Its six unknowns are the turns about x, y and z, in radians, and then the shifts
 /// along them, in the clouds' unit. It knows the noise of the pairs and not whether they are the right ones: an answer
 /// in a wrong place is as sure of itself as one in the right place. Point-to-point counts points as held
-/// along their surface too, where other points of it would do as well; planes and GICP do not.
+/// along their surface too, where other points of it would do as well; planes and GICP do not. Beyond 16,384 pairs
+/// some of it is from a sample of them.
 struct Uncertainty {
   /// Of a turn about it, or of a shift along it.
   struct Axis {

@@ -170,15 +170,17 @@ struct Matcher::Implementation {
   /// Pairs as points, with the source at a pose.
   PointPairs pointsOf(const opencl::Buffer& pairs, const RigidTransform& pose)
   {
-    PointPairs points(pose(0, 0, 0));
+    const Sample sample(source.points.size());
+    PointPairs points(pose(0, 0, 0), sample.each());
     queue.download(pairs, source.points.size() * sizeof(cl_int), [&](const void* memory) {
       const auto* matches = static_cast<const cl_int*>(memory);
-      for (std::size_t i = 0; i < source.points.size(); ++i)
-        if (matches[i] >= 0) {
-          const float* p = source.points[i].xyz;
-          const auto moved = pose(p[0], p[1], p[2]);
-          points.add(moved, squaredDistance(moved, target->cloud.points[matches[i]].xyz));
-        }
+      sample.forEach([&](std::size_t i) {
+        if (matches[i] < 0)
+          return;
+        const float* p = source.points[i].xyz;
+        const auto moved = pose(p[0], p[1], p[2]);
+        points.add(moved, squaredDistance(moved, target->cloud.points[matches[i]].xyz));
+      });
     });
     return points;
   }

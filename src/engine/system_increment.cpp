@@ -180,7 +180,7 @@ System SystemIncrement::systemAt(opencl::Queue& queue,
   if (residuals)
     queue.download(stage_.residuals(), source.count * sizeof(float), [&](const void* memory) {
       const auto* values = static_cast<const float*>(memory);
-      residuals->assign(values, values + source.count);
+      Sample(source.count).forEach([&](std::size_t i) { residuals->push_back(values[i]); });
     });
   return system;
 }
@@ -253,10 +253,11 @@ std::optional<Uncertainty> SystemIncrement::uncertainty(opencl::Queue& queue,
   std::vector<float> residuals;
   const System system = systemAt(queue, precision, source, pose, pose, matches, target, sought, &residuals);
   double robust = robustDeviation(residuals);
+  const auto pairs = static_cast<double>(residuals.size() * Sample(source.count).each());
   // A plane's residual is one number, and so nearly is GICP's, which the direction across the surface makes up.
-  const std::size_t numbers = (metric_ == Metric::Point ? 3 : 1) * residuals.size();
+  const double numbers = (metric_ == Metric::Point ? 3 : 1) * pairs;
   const auto allowed = unknownsOf(objective.motions);
-  const auto unknowns = static_cast<std::size_t>(std::count(allowed.begin(), allowed.end(), true));
+  const auto unknowns = static_cast<double>(std::count(allowed.begin(), allowed.end(), true));
   if (numbers <= unknowns)
     return std::nullopt;
   Spectrum spectrum;
@@ -277,7 +278,6 @@ std::optional<Uncertainty> SystemIncrement::uncertainty(opencl::Queue& queue,
     // normals are still off where surfaces meet; and with more than that, or from a pose that
     // is off itself, they are not off by more than points tell.
     constexpr double slope = 0.18, least = 0.01, greatest = 0.1, most = 2;
-    const auto pairs = static_cast<double>(residuals.size());
     const double trace = system.unweighedTrace();
     const double noise = trace > 0 ? robust * std::sqrt(pairs / trace) : 0;
     const double of_normals = std::clamp(spacing > 0 ? slope * noise / spacing : 0, least, greatest);
@@ -291,8 +291,7 @@ std::optional<Uncertainty> SystemIncrement::uncertainty(opencl::Queue& queue,
     if (!across)
       spectrum = spectrumOf(system);
   }
-  const double sigma =
-      sought.loss.weighs() ? robust : std::sqrt(system.cost() / static_cast<double>(numbers - unknowns));
+  const double sigma = sought.loss.weighs() ? robust : std::sqrt(system.cost() / (numbers - unknowns));
   return uncertaintyOf(system, spectrum, sigma);
 }
 

@@ -91,7 +91,7 @@ public:
   double lossScale() const { return loss_scale_; }
 
 private:
-  /// \param residuals those of the pairs as they are at the pose; null: they are not asked for
+  /// \param residuals a sample of those at the pose; null: they are not asked for
   System systemAt(opencl::Queue& queue,
                   Precision precision,
                   const stages::SourcePoints& source,

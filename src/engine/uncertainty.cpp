@@ -163,17 +163,17 @@ void PointPairs::add(const std::array<double, 3>& p, double squared_distance)
 {
   const std::array<double, 3> x{p[0] - origin_[0], p[1] - origin_[1], p[2] - origin_[2]};
   for (int i = 0; i < 3; ++i) {
-    sum_[i] += x[i];
+    sum_[i] += each_ * x[i];
     for (int j = 0; j < 3; ++j)
-      products_[i][j] += x[i] * x[j];
+      products_[i][j] += each_ * x[i] * x[j];
   }
-  squared_distances_ += squared_distance;
-  ++count_;
+  squared_distances_ += each_ * squared_distance;
+  count_ += each_;
 }
 
 SquareMatrix<6> PointPairs::matrixAbout(const std::array<double, 3>& centre) const
 {
-  const auto n = static_cast<double>(count_);
+  const double n = count_;
   std::array<double, 3> sum{};
   SquareMatrix<3> products{};
   for (int i = 0; i < 3; ++i)
@@ -196,10 +196,10 @@ SquareMatrix<6> PointPairs::matrixAbout(const std::array<double, 3>& centre) con
 
 std::optional<Uncertainty> PointPairs::uncertainty(double rounding) const
 {
-  constexpr std::size_t unknowns = 6, of_a_pair = 3;
-  if (of_a_pair * count_ <= unknowns)
+  constexpr double unknowns = 6, of_a_pair = 3;
+  const double n = count_;
+  if (of_a_pair * n <= unknowns)
     return std::nullopt;
-  const auto n = static_cast<double>(count_);
   System system;
   for (int i = 0; i < 3; ++i)
     system.centre[i] = origin_[i] + sum_[i] / n;
@@ -213,7 +213,7 @@ std::optional<Uncertainty> PointPairs::uncertainty(double rounding) const
   system.length = length > rounding ? length : 1;
   system.row_noise = rounding / system.length;
   system.sum_noise = 8 * std::numeric_limits<double>::epsilon();
-  const double sigma = std::sqrt(squared_distances_ / static_cast<double>(of_a_pair * count_ - unknowns));
+  const double sigma = std::sqrt(squared_distances_ / (of_a_pair * n - unknowns));
   return uncertaintyOf(system, spectrumOf(system), sigma);
 }
 
@@ -228,9 +228,11 @@ std::optional<Uncertainty> pointUncertainty(const std::vector<Correspondence>& c
     const float* p = valuesAt(source, c.source);
     return pose(p[0], p[1], p[2]);
   };
-  PointPairs pairs(moved(correspondences.front()));
+  const Sample sample(correspondences.size());
+  PointPairs pairs(moved(correspondences.front()), sample.each());
   double largest = 0;
-  for (const Correspondence& c : correspondences) {
+  sample.forEach([&](std::size_t i) {
+    const Correspondence& c = correspondences[i];
     const auto p = moved(c);
     const float* q = valuesAt(target, c.target);
     double squared_distance = 0;
@@ -239,7 +241,7 @@ std::optional<Uncertainty> pointUncertainty(const std::vector<Correspondence>& c
       largest = std::max({largest, std::abs(p[axis]), std::abs(static_cast<double>(q[axis]))});
     }
     pairs.add(p, squared_distance);
-  }
+  });
   return pairs.uncertainty(largest * std::numeric_limits<float>::epsilon() / 2);
 }
 
