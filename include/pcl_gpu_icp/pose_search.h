@@ -25,7 +25,7 @@ struct PoseCandidate {
 struct PoseSearchResult {
   std::vector<PoseCandidate> poses; ///< the best first, each far from those before it; empty: a cloud has too few
                                     ///< points, or nothing fits anywhere
-  std::size_t starts = 0; ///< poses that were tried
+  std::size_t starts = 0;           ///< poses that were tried
 
   /// Whether a pose far from the best one fits nearly as well, as where a cloud is symmetric.
   PCL_GPU_ICP_API bool isAmbiguous() const;
