@@ -68,6 +68,11 @@ public:
   void setMotions(Motions motions) { motions_ = motions; }
   Motions getMotions() const { return motions_; }
 
+  /// Whether motions that the pairs do not determine (getResult().uncertainty) are left as the guess has them, such as
+  /// along a corridor. Off by default: they are then wherever noise took them.
+  void setKeepUndetermined(bool kept) { keeps_undetermined_ = kept; }
+  bool getKeepUndetermined() const { return keeps_undetermined_; }
+
   /// What finds the correspondences: CorrespondenceSearch::PclKdTree by default. DeviceKdTree excludes a search method,
   /// a correspondence estimation or a point representation of the caller's: align() then ends with an error.
   void setCorrespondenceSearch(CorrespondenceSearch search) { search_ = search; }
@@ -191,7 +196,7 @@ private:
   std::array<double, 3> anchor() const;
   Matrix4 matrixOf(const RigidTransform& pose) const;
   void report(const RigidTransform& pose);
-  void describeUncertainty(const RigidTransform& pose);
+  RigidTransform judged(const RigidTransform& pose, const RigidTransform& start);
   void listCorrespondences(const std::vector<Correspondence>& correspondences);
   bool matcherHoldsTheClouds() const;
   pcl::Indices finiteIndices() const;
@@ -220,6 +225,7 @@ private:
   typename PlaneEstimation::Ptr plane_estimation_; ///< of which this is the own one
   Loss loss_;
   Motions motions_ = Motions::Rigid;
+  bool keeps_undetermined_ = false;
   CorrespondenceSearch search_ = CorrespondenceSearch::PclKdTree;
   bool accelerated_ = false;
   unsigned int threads_ = 0;

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <pcl_gpu_icp/export.h>
+#include <pcl_gpu_icp/rigid_transform.h>
+
 #include <array>
 #include <vector>
 
@@ -21,10 +24,17 @@ struct Uncertainty {
   std::array<double, 3> centre{};       ///< of the source's points, aligned
   std::array<double, 36> information{}; ///< row-major: the sum of J^T M J, with M the pairs' weights
   std::array<double, 36> covariance{};  ///< row-major: sigma^2 times the inverse over what is determined
+  std::array<double, 36> determined{};  ///< row-major: takes a motion to what of it the pairs determine
   double sigma = 0;                     ///< standard deviation of a residual
   int free_motions = 0;                 ///< of those allowed, how many the pairs do not determine
   /// Of the motions allowed, those that vary apart from one another; the best determined first.
   std::vector<Axis> turns, shifts;
 };
+
+/// The pose nearest to the guess among those that the pairs cannot tell from `pose`: of the way from the guess to it
+/// what is determined.
+PCL_GPU_ICP_API RigidTransform determinedPart(const RigidTransform& guess,
+                                              const RigidTransform& pose,
+                                              const Uncertainty& uncertainty);
 
 } // namespace pcl_gpu_icp

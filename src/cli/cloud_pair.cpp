@@ -72,6 +72,7 @@ void describe(report::AlignmentReport& report,
               const CloudPair& pair,
               const RigidTransform& transform)
 {
+  report.takes_undetermined = options.undetermined != Undetermined::Fail;
   report.iteration_limit = options.iterations;
   report.max_distance = options.max_distance;
   report.transform = pair.inFileCoordinates(transform);

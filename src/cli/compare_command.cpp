@@ -185,8 +185,10 @@ ExitCode compare(const CompareOptions& options)
   if (options.metric == Metric::Generalized && (options.trim || options.reciprocal))
     throw Failure(ExitCode::Usage,
                   "--metric gicp: stock PCL's ignores --trim and --reciprocal, so there is nothing to compare");
-  if (options.loss.weighs() || options.motions != Motions::Rigid)
-    throw Failure(ExitCode::Usage, "--loss and --motions: stock PCL has neither, so there is nothing to compare");
+  if (options.loss.weighs() || options.motions != Motions::Rigid || options.undetermined == Undetermined::Keep)
+    throw Failure(
+        ExitCode::Usage,
+        "--loss, --motions and --degenerate keep: stock PCL has none of them, so there is nothing to compare");
   if (options.guess && asksForSearch(*options.guess))
     throw Failure(ExitCode::Usage, "--guess auto: stock PCL has no search, so there is nothing to compare");
   std::unique_ptr<OutputFile> json;

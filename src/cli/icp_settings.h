@@ -47,6 +47,7 @@ void applyPluginSettings(IterativeClosestPoint<PointT, PointT, Scalar>& icp,
   icp.setMetric(options.metric);
   icp.setLoss(options.loss);
   icp.setMotions(options.motions);
+  icp.setKeepUndetermined(options.undetermined == Undetermined::Keep);
 }
 
 /// Throws what ended an alignment.

@@ -141,6 +141,13 @@ void addPairOptions(CLI::App& command, AlignmentOptions& options)
              {toString(Motions::Translation), Motions::Translation}},
             "how the source may move from the guess, in the target's frame: rigid, all six ways (the default); planar, "
             "along x and y and about z; yaw, along x, y and z and about z; or translation, without a turn");
+  addChoice(
+      command,
+      "--degenerate",
+      options.undetermined,
+      {{"fail", Undetermined::Fail}, {"solve", Undetermined::Solve}, {"keep", Undetermined::Keep}},
+      "where the pairs leave motions undetermined, such as along a corridor: fail, no answer (the default); solve, "
+      "take what noise makes of them; or keep, leave those motions as the guess has them");
   addChoice(command,
             "--search",
             options.search,

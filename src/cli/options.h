@@ -10,6 +10,9 @@
 
 namespace pcl_gpu_icp::cli {
 
+/// What becomes of motions that the pairs do not determine.
+enum class Undetermined { Fail, Solve, Keep };
+
 /// What the commands that align have in common. An unset value leaves PCL's default.
 struct AlignmentOptions {
   std::string source;
@@ -28,6 +31,7 @@ struct AlignmentOptions {
   Metric metric = Metric::Point;
   Loss loss;
   Motions motions = Motions::Rigid;
+  Undetermined undetermined = Undetermined::Fail;
   CorrespondenceSearch search = CorrespondenceSearch::PclKdTree;
   Pipeline pipeline = Pipeline::Fused;
   std::string device;

@@ -50,8 +50,10 @@ Spectrum spectrumOf(const System& system)
   for (int k = 0; k < 6; ++k) {
     spectrum.values[k] = matrix[k][k];
     largest = std::fmax(largest, matrix[k][k]);
-    for (int i = 0; i < 6; ++i)
+    for (int i = 0; i < 6; ++i) {
+      spectrum.shares[k][i] = scale[i] > 0 ? spectrum.motions[i][k] / scale[i] : 0;
       spectrum.motions[i][k] *= scale[i];
+    }
   }
   spectrum.noise = system.weight() * system.row_noise * system.row_noise + largest * system.sum_noise;
   return spectrum;

@@ -33,6 +33,7 @@ SquareMatrix<6> matrixOf(const System& system);
 struct Spectrum {
   std::array<bool, 6> allowed{}; ///< of the unknowns, and of the motions of the same number
   SquareMatrix<6> motions{};     ///< columns: the unknowns of each; of what is not allowed zero
+  SquareMatrix<6> shares{};      ///< rows: how much of each motion the unknowns are
   std::array<double, 6> values{};
   double noise = 0; ///< what of a value is nothing
 

@@ -1,5 +1,6 @@
 #include "uncertainty_internals.h"
 
+#include "geometry/rotation_vector.h"
 #include "symmetric_eigen.h"
 #include "values_at.h"
 
@@ -105,9 +106,33 @@ Uncertainty uncertaintyOf(const System& system, const Spectrum& spectrum, double
     for (int j = 0; j < 6; ++j) {
       result.information[6 * i + j] = matrix[i][j];
       result.covariance[6 * i + j] = covariance[i][j];
+      for (int k = 0; k < 6; ++k)
+        if (spectrum.isDetermined(k))
+          result.determined[6 * i + j] += motions[i][k] * spectrum.shares[k][j];
     }
   result.turns = axesOf(covariance, free, spectrum.allowed, 0);
   result.shifts = axesOf(covariance, free, spectrum.allowed, 3);
+  return result;
+}
+
+RigidTransform determinedPart(const RigidTransform& guess, const RigidTransform& pose, const Uncertainty& uncertainty)
+{
+  const auto& centre = uncertainty.centre;
+  const auto source = inverse(pose)(centre[0], centre[1], centre[2]);
+  const auto from = guess(source[0], source[1], source[2]);
+  const auto turn = rotationVector(compose(pose, inverse(guess)).rotation);
+  std::array<double, 6> way{}, part{};
+  for (int axis = 0; axis < 3; ++axis) {
+    way[axis] = turn[axis];
+    way[3 + axis] = centre[axis] - from[axis];
+  }
+  for (int i = 0; i < 6; ++i)
+    for (int j = 0; j < 6; ++j)
+      part[i] += uncertainty.determined[6 * i + j] * way[j];
+  RigidTransform result = compose({rotationBy({part[0], part[1], part[2]}), {}}, guess);
+  const auto turned = result(source[0], source[1], source[2]);
+  for (int axis = 0; axis < 3; ++axis)
+    result.translation[axis] += from[axis] + part[3 + axis] - turned[axis];
   return result;
 }
 
@@ -144,6 +169,11 @@ Spectrum spectrumAgainst(const SquareMatrix<6>& points, const System& system, do
       for (int l = 0; l < 6; ++l)
         spectrum.motions[i][k] += unit[i][l] * vectors[l][k];
   }
+  // Motions are of length 1 by the points' own matrix.
+  for (int k = 0; k < 6; ++k)
+    for (int i = 0; i < 6; ++i)
+      for (int j = 0; j < 6; ++j)
+        spectrum.shares[k][i] += spectrum.allowed[k] && spectrum.allowed[i] ? spectrum.motions[j][k] * points[j][i] : 0;
   return spectrum;
 }
 

@@ -37,6 +37,7 @@ struct AlignmentReport {
   RigidTransform transform;                    ///< source to target, in the coordinates of the files
   std::optional<SearchedGuess> searched_guess; ///< none: the guess was given
   std::optional<double> fitness_score;
+  bool takes_undetermined = false; ///< motions that are not determined are no reason for having no answer
   int iteration_limit = 0;
   std::optional<double> max_distance;     ///< between matched points
   std::optional<double> nearest_distance; ///< where the pairs are too few: the least of a source point from the target

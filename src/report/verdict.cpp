@@ -123,7 +123,7 @@ Verdict verdictOf(const AlignmentReport& report)
     return Verdict::TooFewPairs;
   if (isTooCoarse(report.source_points) || isTooCoarse(report.target_points))
     return Verdict::TooCoarse;
-  if (degeneracyOf(result) != Degeneracy::None)
+  if (degeneracyOf(result) != Degeneracy::None && !report.takes_undetermined)
     return Verdict::Undetermined;
   if (result.reason != Reason::Iterations)
     return Verdict::Converged;

@@ -237,6 +237,21 @@ class Options(CommandTest):
         self.assert_maps(result["transform"], [(0, 0, 0.1)], [(0, 0, 0)], 1e-6)
         self.assertIn("degenerate yes: of the six motions 3", self.run_command(*arguments).stdout)
 
+    def test_degenerate(self):
+        floor = [(x, y, 0) for x, y, _ in POINTS]
+        source = self.write("floor.pcd", pcd([(x, y, 0.1) for x, y, _ in floor]))
+        target = self.write("floor_below.pcd", pcd(floor))
+        arguments = [source, target, "--metric", "plane", "--guess", "1 0 0 0.25 0 1 0 -0.125 0 0 1 0"]
+        self.fail_with(NOT_CONVERGED, "align", *arguments, "--degenerate", "fail", names="3 only slide")
+        for choice in ("solve", "keep"):
+            with self.subTest(choice):
+                found = self.align(*arguments, "--degenerate", choice)
+                self.assertEqual((found["degenerate"], found["converged"]), ("sliding", True))
+                self.assert_maps(found["transform"], [(0, 0, 0.1)], [(0.25, -0.125, 0)], 1e-5)
+        self.assertIn("degenerate yes", self.succeed("align", *arguments, "--degenerate", "keep"))
+        self.fail_with(USAGE, "align", *arguments, "--degenerate", "drop", names=["--degenerate", "fail|keep|solve"])
+        self.fail_with(USAGE, "compare", source, target, "--degenerate", "keep", names="--degenerate keep")
+
     def test_anderson(self):
         ends = ["--translation-epsilon", "1e-6", "--rotation-epsilon", "1e-5", "--iterations", "1000"]
         plain = self.align(self.half_source, self.half_target, *ends)

@@ -297,6 +297,51 @@ TEST(WhatNoiseLeavesUndetermined, LeavesTheRestAsTheCovarianceHasIt)
   }
 }
 
+TEST(WhatNoiseLeavesUndetermined, IsKeptAsTheGuessHasItOnRequest)
+{
+  // Along the corridor's own axis, wherever that points to.
+  const Eigen::Affine3f tilt(Eigen::AngleAxisf(0.7F, Eigen::Vector3f(1, 2, 3).normalized()));
+  const Eigen::Vector3d along = tilt.linear().cast<double>().col(0);
+  const Cloud::Ptr source = scenes::moved(*corridor(0.01, 1), tilt), target = scenes::moved(*corridor(0.01, 2), tilt);
+  Eigen::Matrix4d guess = Eigen::Matrix4d::Identity();
+  guess.topLeftCorner<3, 3>() = Eigen::AngleAxisd(0.01, Eigen::Vector3d(1, 1, 0).normalized()).toRotationMatrix();
+  guess.topRightCorner<3, 1>() = 0.2 * along + Eigen::Vector3d(0.02, -0.01, 0.03);
+  for (const Metric metric : {Metric::Plane, Metric::Generalized})
+    for (const bool kept : {false, true}) {
+      SCOPED_TRACE(toString(metric) + std::to_string(kept));
+      IterativeClosestPoint<PointXYZ, PointXYZ, double> icp;
+      icp.setMetric(metric);
+      icp.setKeepUndetermined(kept);
+      icp.setMaximumIterations(30);
+      icp.setInputSource(source);
+      icp.setInputTarget(target);
+      Cloud output;
+      icp.align(output, guess);
+      const AlignmentResult& result = icp.getResult();
+      ASSERT_TRUE(result.uncertainty);
+      EXPECT_EQ(result.free_motions, 1);
+      const Eigen::Matrix4d found = icp.getFinalTransformation();
+      // How far the middle of the corridor moved, and how far the guess had it moved.
+      const Eigen::Vector3d middle =
+          found.inverse().topLeftCorner<3, 3>() *
+          (Eigen::Map<const Eigen::Vector3d>(result.uncertainty->centre.data()) - found.topRightCorner<3, 1>());
+      const auto at = [&](const Eigen::Matrix4d& pose) -> Eigen::Vector3d {
+        return pose.topLeftCorner<3, 3>() * middle + pose.topRightCorner<3, 1>();
+      };
+      const double off = along.dot(at(found) - at(guess));
+      if (kept) {
+        EXPECT_NEAR(off, 0, 2e-3);
+      }
+      else {
+        EXPECT_GT(std::abs(off), 5e-3);
+      }
+      // The rest is the corridor's.
+      const Eigen::Vector3d across = at(found) - middle - along * along.dot(at(found) - middle);
+      EXPECT_LT(across.norm(), 3e-3);
+      EXPECT_LT(scenes::degreesBetween<double>(found, Eigen::Matrix4d::Identity()), 0.2);
+    }
+}
+
 TEST(WhatNoiseLeavesUndetermined, IsSaidOfALossThatLeavesNothingToo)
 {
   Icp icp;

@@ -208,7 +208,8 @@ void DeviceIcp<PclIcp>::computeTransformation(PointCloudSource& output, const Ma
     const Stopwatch total(result_.host_times, "total");
     prepare(guess);
     const auto acceleration = accelerated_ ? std::optional(leverOf(takingPart())) : std::nullopt;
-    report(iterate(*this, startOf(guess), acceleration));
+    const RigidTransform start = startOf(guess);
+    report(judged(iterate(*this, start, acceleration), start));
   } catch (const Cancelled& cancelled) {
     this->converged_ = false;
     this->final_transformation_ = guess;
@@ -314,21 +315,28 @@ std::string DeviceIcp<PclIcp>::whyTooFewMatched() const
          " are needed. Relax your threshold parameters.";
 }
 
+/// Tells how sure the pose is, and gives it without what is not determined where that is asked for.
 template <typename PclIcp>
-void DeviceIcp<PclIcp>::describeUncertainty(const RigidTransform& pose)
+RigidTransform DeviceIcp<PclIcp>::judged(const RigidTransform& pose, const RigidTransform& start)
 {
   if (matched_ < static_cast<std::size_t>(this->Registration::min_number_correspondences_))
-    return;
+    return pose;
   if (matcherEstimates())
     result_.uncertainty = matcher_->uncertainty(pose);
   else if (usesEstimator())
     result_.uncertainty =
         pointUncertainty(matches_, search::pointsOf(*this->input_), search::pointsOf(*this->target_), pose);
-  if (result_.metric != Metric::Point && result_.uncertainty &&
-      result_.uncertainty->free_motions > result_.free_motions) {
+  if (!result_.uncertainty || result_.uncertainty->free_motions == 0)
+    return pose;
+  if (result_.metric != Metric::Point && result_.uncertainty->free_motions > result_.free_motions) {
     result_.degeneracy = Degeneracy::Sliding;
     result_.free_motions = result_.uncertainty->free_motions;
   }
+  if (!keeps_undetermined_)
+    return pose;
+  const RigidTransform kept = determinedPart(start, pose, *result_.uncertainty);
+  this->final_transformation_ = matrixOf(kept);
+  return kept;
 }
 
 template <typename PclIcp>
@@ -353,7 +361,6 @@ void DeviceIcp<PclIcp>::report(const RigidTransform& pose)
   result_.rmse = std::sqrt(increment_from_matching_ ? mean_squared_found_ : mean_square_of(matches_));
   if (increment_from_matching_ && with_output_)
     listCorrespondences(matcher_->correspondences(matched_pose_));
-  describeUncertainty(pose);
   if (matches_on_device_) {
     result_.device_times = matcher_->takeTimes();
     result_.device_bytes = matcher_->deviceBytes();
