@@ -335,6 +335,7 @@ TEST(WhatNoiseLeavesUndetermined, IsKeptAsTheGuessHasItOnRequest)
       else {
         EXPECT_GT(std::abs(off), 5e-3);
       }
+      EXPECT_NEAR(result.rmse * result.rmse, icp.getFitnessScore(), 1e-6);
       // The rest is the corridor's.
       const Eigen::Vector3d across = at(found) - middle - along * along.dot(at(found) - middle);
       EXPECT_LT(across.norm(), 3e-3);

@@ -336,6 +336,7 @@ RigidTransform DeviceIcp<PclIcp>::judged(const RigidTransform& pose, const Rigid
     return pose;
   const RigidTransform kept = determinedPart(start, pose, *result_.uncertainty);
   this->final_transformation_ = matrixOf(kept);
+  match(kept); // what is reported is of the pairs there
   return kept;
 }
 
