@@ -2,13 +2,12 @@
 #include "cli/cloud_file.h"
 #include "cli/cloud_pair.h"
 #include "cli/commands.h"
-#include "cli/guess.h"
+#include "cli/guess_search.h"
 #include "cli/icp_settings.h"
 #include "cli/interruption.h"
 #include "cli/live_line.h"
 #include "cli/options.h"
 #include "cli/output_file.h"
-#include "cli/start_search.h"
 
 #include "report/format.h"
 #include "report/matrix.h"
@@ -90,20 +89,18 @@ Device timedSelect(StageTimes& times, const AlignOptions& options)
   return Device::select(options.device);
 }
 
+/// Shows how far it is, and what it warns of.
 std::optional<report::SearchedGuess>
-timedSearch(StageTimes& times, CloudPair& pair, const AlignOptions& options, const Device& device)
+shownSearch(StageTimes& times, CloudPair& pair, const AlignOptions& options, const Device& device)
 {
-  if (!options.guess || !asksForSearch(*options.guess))
-    return std::nullopt;
   LiveLine line(!options.quiet);
-  const Stopwatch watch(times, "guess");
-  const std::size_t known = pair.warnings.size();
-  const auto searched = searchGuess(pair, options, device, nullptr, [&line](std::size_t done, std::size_t all) {
+  const auto known = static_cast<std::ptrdiff_t>(pair.warnings.size());
+  const auto searched = searchGuess(pair, options, device, nullptr, times, [&line](std::size_t done, std::size_t all) {
     line.show(report::format("searching for a guess: %zu of %zu groups of starts", done, all));
   });
   line.clear();
   if (!options.quiet)
-    print(Warnings(pair.warnings.begin() + static_cast<std::ptrdiff_t>(known), pair.warnings.end()));
+    print(Warnings(pair.warnings.begin() + known, pair.warnings.end()));
   return searched;
 }
 
@@ -154,7 +151,7 @@ ExitCode align(const AlignOptions& options)
   if (!options.quiet)
     print(left_out);
   const Device device = timedSelect(report.command_times, options);
-  report.searched_guess = timedSearch(report.command_times, pair, options, device);
+  report.searched_guess = shownSearch(report.command_times, pair, options, device);
   Icp icp;
   runIcp(icp, pair, options, device);
   report.result = icp.getResult();

@@ -1,8 +1,8 @@
 #include "cli/pair_task.h"
 
 #include "cli/failure.h"
+#include "cli/guess_search.h"
 #include "cli/icp_settings.h"
-#include "cli/start_search.h"
 
 #include <pcl_gpu_icp/error.h>
 #include <pcl_gpu_icp/stopwatch.h>
@@ -40,11 +40,7 @@ BatchResult PairTask::align(DeviceLane& lane)
   std::optional<Stopwatch> reading(std::in_place, report.command_times, "read");
   CloudPair clouds = read();
   reading.reset();
-  std::optional<Stopwatch> searching(std::in_place, report.command_times, "guess");
-  report.searched_guess = searchGuess(clouds, options, lane.device, lane.share);
-  searching.reset();
-  if (!report.searched_guess)
-    report.command_times.erase("guess");
+  report.searched_guess = searchGuess(clouds, options, lane.device, lane.share, report.command_times);
   IterativeClosestPoint<pcl::PointXYZ, pcl::PointXYZ, double> icp;
   applySettings(icp, options);
   applyPluginSettings(icp, options, lane.device);

@@ -1,7 +1,5 @@
 #include "loss_internals.h"
 
-#include "uncertainty_internals.h"
-
 #include <pcl_gpu_icp/error.h>
 
 #include <algorithm>
@@ -63,6 +61,18 @@ void requireValid(const Loss& loss)
     throw InvalidArgument("the scale of a loss is a number from 1.1e-19 to 1.8e19, 0 (from the residuals) or infinite, "
                           "not " +
                           std::to_string(loss.scale));
+}
+
+double robustDeviation(std::vector<float>& residuals)
+{
+  residuals.erase(std::remove_if(residuals.begin(), residuals.end(), [](float r) { return !std::isfinite(r); }),
+                  residuals.end());
+  if (residuals.empty())
+    return 0;
+  constexpr double to_deviation = 1.4826; // 1 / 0.6745, the median of a normal distribution's absolute value
+  const auto median = residuals.begin() + static_cast<std::ptrdiff_t>(residuals.size() / 2);
+  std::nth_element(residuals.begin(), median, residuals.end());
+  return *median * to_deviation;
 }
 
 double scaleFrom(std::vector<float>& residuals, LossFunction function)

@@ -1,14 +1,14 @@
 #include <pcl_gpu_icp/matcher.h>
 
+#include "match_target.h"
 #include "matcher_internals.h"
 #include "motion.h"
+#include "point_pairs.h"
 #include "search/box_tree.h"
-#include "search/bulk.h"
 #include "solution.h"
 #include "stages/launch.h"
 #include "stages/match.h"
 #include "system_increment.h"
-#include "uncertainty_internals.h"
 #include "values_at.h"
 
 #include <pcl_gpu_icp/error.h>
@@ -24,17 +24,7 @@ namespace pcl_gpu_icp {
 
 namespace {
 
-static_assert(search::Neighbourhood::most == KEPT_CANDIDATES, "what the host finds is what the device keeps");
-
 float nextUp(float x) { return std::nextafter(x, std::numeric_limits<float>::infinity()); }
-
-/// Half a unit in the last place of the largest coordinate of points about a pivot, but for points far from all others.
-float roundingOf(const std::vector<PlacedPoint>& points, const std::array<double, 3>& pivot)
-{
-  const auto largest = search::Bulk(viewOf(points)).largest(viewOf(points), pivot);
-  return static_cast<float>(*std::max_element(largest.begin(), largest.end()) * std::numeric_limits<float>::epsilon() /
-                            2);
-}
 
 double squaredDistance(const std::array<double, 3>& a, const float* b)
 {
@@ -57,29 +47,7 @@ void requireOneEach(const std::vector<PlacedPoint>& points, std::size_t count, c
     requireOneEach(point.position, count, values);
 }
 
-/// A cloud as the device has it.
-struct Cloud {
-  std::vector<PlacedPoint> points; ///< in the device's order
-  std::array<double, 3> pivot{};
-  float rounding = 0;
-
-  void place(const Points& cloud, unsigned threads)
-  {
-    pivot = search::pivotOf(cloud);
-    points = search::finitePoints(cloud, pivot, threads);
-    rounding = roundingOf(points, pivot);
-  }
-};
-
 } // namespace
-
-struct MatchTarget {
-  Cloud cloud;
-  stages::TargetPoints on_device;
-  std::shared_ptr<const search::NearestIndex> index; ///< null: the device searches
-  float spacing = 0;                                 ///< between the points
-  std::size_t device_bytes = 0;
-};
 
 struct Matcher::Implementation {
   Implementation(const Device& on, const opencl::Traits& traits, Precision wanted_precision)
@@ -111,26 +79,6 @@ struct Matcher::Implementation {
       return effort;
     effort.kept = KEPT_CANDIDATES;
     return effort;
-  }
-
-  void searchIndex(const stages::SearchEffort& effort,
-                   const stages::Query* queries,
-                   std::size_t count,
-                   cl_int* positions,
-                   float* reaches) const
-  {
-    parallelFor(count, search::queries_at_a_time, effectiveThreads(threads), [&](std::size_t begin, std::size_t end) {
-      for (std::size_t j = begin; j < end; ++j) {
-        const auto neighbours =
-            target->index->neighbourhood(queries[j].xyz, queries[j].radius_sq, effort.slack, effort.kept);
-        for (std::size_t k = 0; k < KEPT_CANDIDATES; ++k)
-          positions[j + k * count] = neighbours.rows[k];
-        // Beyond what can be told from infinite nothing is known.
-        const float bound_sq = std::min(neighbours.bound_sq, std::numeric_limits<float>::max());
-        reaches[j] = std::sqrt(std::min(neighbours.squared_distances[1], bound_sq));
-        reaches[j + count] = std::sqrt(bound_sq);
-      }
-    });
   }
 
   /// Sets what increments are made by; where that fails it is the five stages again.
@@ -252,7 +200,7 @@ struct Matcher::Implementation {
   std::shared_ptr<const MatchTarget> target = std::make_shared<MatchTarget>();
   StageTimes target_times; ///< of those made, until they are taken
 
-  Cloud source; ///< a point's position is its place in source_positions
+  PlacedCloud source; ///< a point's position is its place in source_positions
   stages::SourcePoints source_rows;
   std::vector<std::int32_t> source_positions;
   Motion motion;
@@ -333,9 +281,7 @@ std::shared_ptr<const MatchTarget> Matcher::makeTarget(const Points& target) con
 std::shared_ptr<const MatchTarget> Matcher::makeTarget(std::shared_ptr<const search::NearestIndex> index) const
 {
   auto made = std::make_shared<MatchTarget>();
-  made->cloud.points = index->points();
-  made->cloud.pivot = index->pivot();
-  made->cloud.rounding = roundingOf(index->points(), index->pivot());
+  made->cloud.place(*index);
   made->spacing = index->spacing();
   implementation_->fill(*made,
                         [&](opencl::Queue& queue) { stages::packLeaves(queue, index->points(), made->on_device); });
@@ -355,7 +301,7 @@ void Matcher::setTarget(std::shared_ptr<const MatchTarget> target)
 void Matcher::setTargetNormals(const Points& normals)
 {
   Implementation& self = *implementation_;
-  const Cloud& target = self.target->cloud;
+  const PlacedCloud& target = self.target->cloud;
   requireOneEach(target.points, normals.count, "normals");
   self.measureBy([&](SystemIncrement& system) { system.setNormals(self.queue, target.points, target.pivot, normals); });
 }
@@ -363,7 +309,7 @@ void Matcher::setTargetNormals(const Points& normals)
 void Matcher::setTargetCovariances(const Points& covariances)
 {
   Implementation& self = *implementation_;
-  const Cloud& target = self.target->cloud;
+  const PlacedCloud& target = self.target->cloud;
   requireOneEach(target.points, covariances.count, "covariances of the target");
   self.measureBy([&](SystemIncrement& system) {
     system.setTargetCovariances(self.queue, target.points, target.pivot, covariances);
@@ -430,7 +376,7 @@ Matches Matcher::match(const RigidTransform& pose, float max_squared_distance, b
     }
     else {
       const auto search = [&](const stages::Query* queries, std::size_t count, cl_int* positions, float* reaches) {
-        self.searchIndex(effort, queries, count, positions, reaches);
+        self.target->searchIndex(effort, effectiveThreads(self.threads), queries, count, positions, reaches);
       };
       const std::size_t searched =
           self.stage.searchOnHost(self.queue, self.source_rows, self.target->on_device, pivoted, effort, search);

@@ -1,8 +1,10 @@
 #include <pcl_gpu_icp/pose_search.h>
 
+#include "pose_starts.h"
 #include "search/box_tree.h"
 #include "search/bulk.h"
 #include "search/voxels.h"
+#include "two_way_score.h"
 
 #include <pcl_gpu_icp/batch_lanes.h>
 #include <pcl_gpu_icp/matcher.h>
@@ -11,7 +13,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <limits>
 #include <memory>
 
@@ -19,43 +20,7 @@ namespace pcl_gpu_icp {
 
 namespace {
 
-constexpr double pi = 3.14159265358979323846;
 constexpr std::size_t fewest_points = 10, fewest_voxels = 4;
-constexpr float everywhere = std::numeric_limits<float>::infinity();
-
-/// Evenly over all rotations (Alexa 2022).
-std::array<double, 9> superFibonacci(std::size_t i, std::size_t n)
-{
-  constexpr double phi = 1.41421356237309504880, psi = 1.53375116875520428812;
-  const double s = static_cast<double>(i) + 0.5, t = s / static_cast<double>(n), d = 2 * pi * s;
-  const double r = std::sqrt(t), R = std::sqrt(1 - t), alpha = d / phi, beta = d / psi;
-  const double x = r * std::sin(alpha), y = r * std::cos(alpha), z = R * std::sin(beta), w = R * std::cos(beta);
-  return {1 - 2 * (y * y + z * z),
-          2 * (x * y - w * z),
-          2 * (x * z + w * y),
-          2 * (x * y + w * z),
-          1 - 2 * (x * x + z * z),
-          2 * (y * z - w * x),
-          2 * (x * z - w * y),
-          2 * (y * z + w * x),
-          1 - 2 * (x * x + y * y)};
-}
-
-/// The identity, and turns that leave no rotation far from all.
-std::vector<std::array<double, 9>> turnsOf(Motions motions)
-{
-  constexpr std::size_t rotations = 576, headings = 36;
-  std::vector<std::array<double, 9>> turns{RigidTransform().rotation};
-  if (motions == Motions::Rigid)
-    for (std::size_t i = 0; i < rotations; ++i)
-      turns.push_back(superFibonacci(i, rotations));
-  else if (motions != Motions::Translation)
-    for (std::size_t i = 1; i < headings; ++i) {
-      const double angle = 2 * pi * static_cast<double>(i) / headings;
-      turns.push_back({std::cos(angle), -std::sin(angle), 0, std::sin(angle), std::cos(angle), 0, 0, 0, 1});
-    }
-  return turns;
-}
 
 std::array<double, 3> centroidOf(const std::vector<PlacedPoint>& points)
 {
@@ -71,26 +36,6 @@ std::array<double, 3> centroidOf(const std::vector<PlacedPoint>& points)
   return {sum[0] / n, sum[1] / n, sum[2] / n};
 }
 
-/// Of points, but for a few far from all others.
-struct Box {
-  explicit Box(const std::vector<PlacedPoint>& points)
-  {
-    low.fill(std::numeric_limits<double>::infinity());
-    high.fill(-std::numeric_limits<double>::infinity());
-    const search::Bulk bulk(viewOf(points));
-    for (const PlacedPoint& point : points)
-      if (bulk.holds(point.xyz))
-        for (int axis = 0; axis < 3; ++axis) {
-          low[axis] = std::min<double>(low[axis], point.xyz[axis]);
-          high[axis] = std::max<double>(high[axis], point.xyz[axis]);
-        }
-  }
-
-  double thickness() const { return std::min({high[0] - low[0], high[1] - low[1], high[2] - low[2]}); }
-
-  std::array<double, 3> low{}, high{};
-};
-
 double distance(const std::array<double, 3>& a, const std::array<double, 3>& b)
 {
   return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
@@ -104,19 +49,6 @@ double angleBetween(const RigidTransform& a, const RigidTransform& b)
     trace += a.rotation[i] * b.rotation[i];
   return std::acos(std::clamp((trace - 1) / 2, -1.0, 1.0));
 }
-
-/// Both clouds about their pivots, thinned by voxels of one size.
-struct ThinPair {
-  ThinPair(const std::vector<PlacedPoint>& source_points, const std::vector<PlacedPoint>& target_points, double size)
-  : source(search::voxelMeans(source_points, size))
-  , target(search::voxelMeans(target_points, size))
-  , voxel(size)
-  {
-  }
-
-  std::vector<PlacedPoint> source, target;
-  double voxel;
-};
 
 /// How the poses of a round are brought nearer.
 struct Round {
@@ -154,62 +86,12 @@ struct RoundTarget {
   NormalEstimator::Normals normals;
 };
 
-/// 1 where every point is on the other cloud, 0 where all are far from it.
-double scoreOf(const Matches& matches, double scale)
-{
-  return matches.increment.pairs > 0 ? 1 - matches.mean_squared_residual / (scale * scale) : 0;
-}
-
 void sortByScore(std::vector<PoseCandidate>& candidates)
 {
   std::stable_sort(candidates.begin(), candidates.end(), [](const PoseCandidate& a, const PoseCandidate& b) {
     return a.score > b.score;
   });
 }
-
-/// How well a pose puts each cloud on the other: what the source would show of the target must be there as well.
-class TwoWayScore {
-public:
-  TwoWayScore(const Device& device, const ThinPair& pair, double scale, const std::shared_ptr<DeviceShare>& share)
-  : pair_(&pair)
-  , scale_(scale)
-  , forward_(device, CorrespondenceSearch::DeviceKdTree, Precision::Float)
-  , backward_(device, CorrespondenceSearch::DeviceKdTree, Precision::Float)
-  {
-    forward_.setTarget(forward_.makeTarget(viewOf(pair.target)));
-    forward_.setSource(viewOf(pair.source));
-    backward_.setTarget(backward_.makeTarget(viewOf(pair.source)));
-    for (Matcher* matcher : {&forward_, &backward_}) {
-      matcher->setShare(share);
-      matcher->setLoss({LossFunction::GemanMcClure, scale});
-    }
-    const Box box(pair.source);
-    for (int axis = 0; axis < 3; ++axis) {
-      low_[axis] = box.low[axis] - scale;
-      high_[axis] = box.high[axis] + scale;
-    }
-  }
-
-  double operator()(const RigidTransform& pose)
-  {
-    const RigidTransform back = inverse(pose);
-    std::vector<PlacedPoint> in_view;
-    for (const PlacedPoint& point : pair_->target) {
-      const auto at = back(point.xyz[0], point.xyz[1], point.xyz[2]);
-      if (std::equal(at.begin(), at.end(), low_.begin(), std::greater<>()) &&
-          std::equal(at.begin(), at.end(), high_.begin(), std::less<>()))
-        in_view.push_back(point);
-    }
-    backward_.setSource(viewOf(in_view));
-    return scoreOf(forward_.match(pose, everywhere), scale_) * scoreOf(backward_.match(back, everywhere), scale_);
-  }
-
-private:
-  const ThinPair* pair_;
-  double scale_;
-  Matcher forward_, backward_;
-  std::array<double, 3> low_{}, high_{}; ///< of the source's box
-};
 
 } // namespace
 
@@ -317,7 +199,7 @@ PoseSearchResult PoseSearch::search(const Points& source, const Points& target, 
     sortByScore(candidates);
   };
   const auto keep = [&](std::size_t most, bool distinct) {
-    constexpr double near_angle = 10 * pi / 180;
+    constexpr double near_angle = 0.17; // 10 degrees
     std::vector<PoseCandidate> kept;
     for (const PoseCandidate& candidate : candidates) {
       const auto at = candidate.transform(from[0], from[1], from[2]);

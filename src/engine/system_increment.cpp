@@ -1,6 +1,7 @@
 #include "system_increment.h"
 
 #include "loss_internals.h"
+#include "point_pairs.h"
 #include "search/bulk.h"
 #include "solution.h"
 #include "symmetric_eigen.h"
@@ -266,17 +267,16 @@ std::optional<Uncertainty> SystemIncrement::uncertainty(opencl::Queue& queue,
     spectrum = spectrumOf(system);
   }
   else {
-    // What the pairs that fit tell, by the loss or by one for this: where a normal is wrong, as at an edge, they do
-    // not.
+    // What the pairs that fit tell: where a normal is wrong, as at an edge, the pair does not. Without a loss, by one
+    // for this.
     const Loss fits{LossFunction::Tukey, scaleFrom(residuals, LossFunction::Tukey)};
     const System fitting =
         objective.loss.weighs()
             ? system
             : systemAt(queue, precision, source, pose, pose, matches, target, {fits, objective.motions});
-    // The slope of a plane through 20 points, their noise over the distance between neighbours: what turns normals, and
-    // with them tells of motions along the surface. What is no more than twice that is not told. Without any noise
-    // normals are still off where surfaces meet; and with more than that, or from a pose that
-    // is off itself, they are not off by more than points tell.
+    // The slope of a plane through 20 points is off by their noise over the distance between neighbours: that turns
+    // normals, and turned normals tell of motions along the surface. What is no more than twice that is not told.
+    // Without noise normals are off where surfaces meet, and residuals of a pose that is off say nothing of normals.
     constexpr double slope = 0.18, least = 0.01, greatest = 0.1, most = 2;
     const double trace = system.unweighedTrace();
     const double noise = trace > 0 ? robust * std::sqrt(pairs / trace) : 0;

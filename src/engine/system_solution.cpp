@@ -34,6 +34,14 @@ SquareMatrix<6> matrixOf(const System& system)
   return matrix;
 }
 
+void setMatrix(System& system, const SquareMatrix<6>& matrix)
+{
+  double* sum = system.sums.data();
+  for (int i = 0; i < 6; ++i)
+    for (int j = i; j < 6; ++j)
+      *sum++ = matrix[i][j];
+}
+
 Spectrum spectrumOf(const System& system)
 {
   Spectrum spectrum;

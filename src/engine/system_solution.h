@@ -28,6 +28,7 @@ struct System {
 
 /// The matrix of its six unknowns.
 SquareMatrix<6> matrixOf(const System& system);
+void setMatrix(System& system, const SquareMatrix<6>& matrix);
 
 /// A system's matrix by motions that do not depend on each other.
 struct Spectrum {

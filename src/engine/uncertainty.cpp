@@ -2,9 +2,6 @@
 
 #include "geometry/rotation_vector.h"
 #include "symmetric_eigen.h"
-#include "values_at.h"
-
-#include <pcl_gpu_icp/matcher.h>
 
 #include <algorithm>
 #include <cmath>
@@ -57,6 +54,18 @@ axesOf(const SquareMatrix<6>& covariance, const SquareMatrix<6>& free, const std
   return axes;
 }
 
+/// The matrix as motions, the columns of the other, have it.
+SquareMatrix<6> betweenMotions(const SquareMatrix<6>& matrix, const SquareMatrix<6>& motions)
+{
+  SquareMatrix<6> between{};
+  for (int k = 0; k < 6; ++k)
+    for (int l = 0; l < 6; ++l)
+      for (int i = 0; i < 6; ++i)
+        for (int j = 0; j < 6; ++j)
+          between[k][l] += motions[i][k] * matrix[i][j] * motions[j][l];
+  return between;
+}
+
 /// Adds weight v v^T.
 void addSquare(const std::array<double, 6>& v, double weight, SquareMatrix<6>& sum)
 {
@@ -72,13 +81,11 @@ Uncertainty uncertaintyOf(const System& system, const Spectrum& spectrum, double
   const SquareMatrix<6> matrix = matrixOf(system);
   const SquareMatrix<6>& motions = spectrum.motions;
   // The system between the motions that are determined: its inverse there is the covariance.
-  SquareMatrix<6> between{};
+  SquareMatrix<6> between = betweenMotions(matrix, motions);
   for (int k = 0; k < 6; ++k)
     for (int l = 0; l < 6; ++l)
-      if (spectrum.isDetermined(k) && spectrum.isDetermined(l))
-        for (int i = 0; i < 6; ++i)
-          for (int j = 0; j < 6; ++j)
-            between[k][l] += motions[i][k] * matrix[i][j] * motions[j][l];
+      if (!spectrum.isDetermined(k) || !spectrum.isDetermined(l))
+        between[k][l] = 0;
   const SquareMatrix<6> mixed = diagonalise(between);
   SquareMatrix<6> covariance{}, free{};
   Uncertainty result;
@@ -139,10 +146,7 @@ RigidTransform determinedPart(const RigidTransform& guess, const RigidTransform&
 Spectrum spectrumAgainst(const SquareMatrix<6>& points, const System& system, double noise)
 {
   System of_points = system;
-  double* sum = of_points.sums.data();
-  for (int i = 0; i < 6; ++i)
-    for (int j = i; j < 6; ++j)
-      *sum++ = points[i][j];
+  setMatrix(of_points, points);
   const Spectrum reference = spectrumOf(of_points);
   for (int k = 0; k < 6; ++k)
     if (reference.isFree(k))
@@ -152,13 +156,7 @@ Spectrum spectrumAgainst(const SquareMatrix<6>& points, const System& system, do
   for (int k = 0; k < 6; ++k)
     for (int i = 0; i < 6; ++i)
       unit[i][k] *= reference.allowed[k] ? 1 / std::sqrt(reference.values[k]) : 0;
-  const SquareMatrix<6> matrix = matrixOf(system);
-  SquareMatrix<6> seen{};
-  for (int k = 0; k < 6; ++k)
-    for (int l = 0; l < 6; ++l)
-      for (int i = 0; i < 6; ++i)
-        for (int j = 0; j < 6; ++j)
-          seen[k][l] += unit[i][k] * matrix[i][j] * unit[j][l];
+  SquareMatrix<6> seen = betweenMotions(matrixOf(system), unit);
   const SquareMatrix<6> vectors = diagonalise(seen);
   Spectrum spectrum;
   spectrum.allowed = reference.allowed;
@@ -175,104 +173,6 @@ Spectrum spectrumAgainst(const SquareMatrix<6>& points, const System& system, do
       for (int j = 0; j < 6; ++j)
         spectrum.shares[k][i] += spectrum.allowed[k] && spectrum.allowed[i] ? spectrum.motions[j][k] * points[j][i] : 0;
   return spectrum;
-}
-
-double robustDeviation(std::vector<float>& residuals)
-{
-  residuals.erase(std::remove_if(residuals.begin(), residuals.end(), [](float r) { return !std::isfinite(r); }),
-                  residuals.end());
-  if (residuals.empty())
-    return 0;
-  constexpr double to_deviation = 1.4826; // 1 / 0.6745, the median of a normal distribution's absolute value
-  const auto median = residuals.begin() + static_cast<std::ptrdiff_t>(residuals.size() / 2);
-  std::nth_element(residuals.begin(), median, residuals.end());
-  return *median * to_deviation;
-}
-
-void PointPairs::add(const std::array<double, 3>& p, double squared_distance)
-{
-  const std::array<double, 3> x{p[0] - origin_[0], p[1] - origin_[1], p[2] - origin_[2]};
-  for (int i = 0; i < 3; ++i) {
-    sum_[i] += each_ * x[i];
-    for (int j = 0; j < 3; ++j)
-      products_[i][j] += each_ * x[i] * x[j];
-  }
-  squared_distances_ += each_ * squared_distance;
-  count_ += each_;
-}
-
-SquareMatrix<6> PointPairs::matrixAbout(const std::array<double, 3>& centre) const
-{
-  const double n = count_;
-  std::array<double, 3> sum{};
-  SquareMatrix<3> products{};
-  for (int i = 0; i < 3; ++i)
-    sum[i] = sum_[i] - n * (centre[i] - origin_[i]);
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j)
-      products[i][j] = products_[i][j] - (sum_[i] * sum_[j] - sum[i] * sum[j]) / n;
-  const double trace = products[0][0] + products[1][1] + products[2][2];
-  SquareMatrix<6> matrix{};
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j)
-      matrix[i][j] = (i == j ? trace : 0) - products[i][j];
-    const int j = (i + 1) % 3, k = (i + 2) % 3;
-    matrix[i][3 + k] = matrix[3 + k][i] = sum[j];
-    matrix[i][3 + j] = matrix[3 + j][i] = -sum[k];
-    matrix[3 + i][3 + i] = n;
-  }
-  return matrix;
-}
-
-std::optional<Uncertainty> PointPairs::uncertainty(double rounding) const
-{
-  constexpr double unknowns = 6, of_a_pair = 3;
-  const double n = count_;
-  if (of_a_pair * n <= unknowns)
-    return std::nullopt;
-  System system;
-  for (int i = 0; i < 3; ++i)
-    system.centre[i] = origin_[i] + sum_[i] / n;
-  const SquareMatrix<6> matrix = matrixAbout(system.centre);
-  double* entry = system.sums.data();
-  for (int i = 0; i < 6; ++i)
-    for (int j = i; j < 6; ++j)
-      *entry++ = matrix[i][j];
-  const double squared_radius = (matrix[0][0] + matrix[1][1] + matrix[2][2]) / (2 * n);
-  const double length = std::sqrt(std::max(squared_radius, 0.0));
-  system.length = length > rounding ? length : 1;
-  system.row_noise = rounding / system.length;
-  system.sum_noise = 8 * std::numeric_limits<double>::epsilon();
-  const double sigma = std::sqrt(squared_distances_ / (of_a_pair * n - unknowns));
-  return uncertaintyOf(system, spectrumOf(system), sigma);
-}
-
-std::optional<Uncertainty> pointUncertainty(const std::vector<Correspondence>& correspondences,
-                                            const Points& source,
-                                            const Points& target,
-                                            const RigidTransform& pose)
-{
-  if (correspondences.empty())
-    return std::nullopt;
-  const auto moved = [&](const Correspondence& c) {
-    const float* p = valuesAt(source, c.source);
-    return pose(p[0], p[1], p[2]);
-  };
-  const Sample sample(correspondences.size());
-  PointPairs pairs(moved(correspondences.front()), sample.each());
-  double largest = 0;
-  sample.forEach([&](std::size_t i) {
-    const Correspondence& c = correspondences[i];
-    const auto p = moved(c);
-    const float* q = valuesAt(target, c.target);
-    double squared_distance = 0;
-    for (int axis = 0; axis < 3; ++axis) {
-      squared_distance += (p[axis] - q[axis]) * (p[axis] - q[axis]);
-      largest = std::max({largest, std::abs(p[axis]), std::abs(static_cast<double>(q[axis]))});
-    }
-    pairs.add(p, squared_distance);
-  });
-  return pairs.uncertainty(largest * std::numeric_limits<float>::epsilon() / 2);
 }
 
 } // namespace pcl_gpu_icp

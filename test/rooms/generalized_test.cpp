@@ -1,11 +1,11 @@
 // Increments of Generalized ICP: those of a double reference, for all matches and for some of them, on every device,
 // kernel shape and precision.
+#include "covariance_rows.h"
 #include "device_cases.h"
 #include "engine/matcher_internals.h"
 #include "reference.h"
 
 #include <pcl_gpu_icp/error.h>
-#include <pcl_gpu_icp/point_covariances.h>
 
 #include <Eigen/Cholesky>
 
@@ -21,8 +21,6 @@ using Eigen::Vector3d;
 namespace {
 
 constexpr float infinity = std::numeric_limits<float>::infinity();
-
-using Matrices = std::vector<Matrix3d>;
 
 /// Of pairs (source[i], target[i]): the motion with the least sum of squared Mahalanobis distances. The pairs' weights
 /// are those at the identity.
@@ -59,18 +57,6 @@ Matrices covariances(Random& random, std::size_t n)
   }
   return matrices;
 }
-
-PointCovariances inRows(const Matrices& matrices)
-{
-  PointCovariances rows;
-  for (const Matrix3d& m : matrices) {
-    const Eigen::Matrix3f f = m.cast<float>();
-    rows.push_back({f(0, 0), f(0, 1), f(0, 2), f(1, 1), f(1, 2), f(2, 2)});
-  }
-  return rows;
-}
-
-Points viewOfRows(const PointCovariances& rows) { return {rows.data(), rows.size(), sizeof(rows[0])}; }
 
 } // namespace
 

@@ -1,11 +1,11 @@
 // What increments weigh pairs by and what motions they are: losses against their definition, and both together with
 // every metric against an iteratively reweighted reference in double, on every device, kernel shape and precision.
+#include "covariance_rows.h"
 #include "device_cases.h"
 #include "engine/matcher_internals.h"
 #include "reference.h"
 
 #include <pcl_gpu_icp/error.h>
-#include <pcl_gpu_icp/point_covariances.h>
 
 #include <Eigen/LU>
 
@@ -65,8 +65,6 @@ struct Pairs {
   }
 };
 
-Points viewOfRows(const PointCovariances& rows) { return {rows.data(), rows.size(), sizeof(rows[0])}; }
-
 /// A lattice and the same a small motion away, with noise, every fifth point farther off.
 Pairs pairsFor(Metric metric, std::size_t n)
 {
@@ -77,24 +75,22 @@ Pairs pairsFor(Metric metric, std::size_t n)
   const double angle = 0.05 / std::cbrt(static_cast<double>(n));
   pairs.source = moved(pairs.target, motion(random.direction(), angle, random.direction() * 0.05));
   pairs.normals.resize(3, pairs.target.cols());
+  Matrices of_source, of_target;
   for (int i = 0; i < pairs.source.cols(); ++i) {
     pairs.source.col(i) += (random.direction() * (i % 5 == 0 ? 0.15 : 0.02)).cast<float>();
     const Vector3d normal = random.direction();
     pairs.normals.col(i) = normal.cast<float>();
     const Matrix3d C = Matrix3d::Identity() - 0.9 * normal * normal.transpose();
     // Of the source the same in every direction: no rotation changes it.
-    pairs.of_source.push_back({0.25F, 0, 0, 0.25F, 0, 0.25F});
-    std::array<float, 6> rows{};
-    int entry = 0;
-    for (int row = 0; row < 3; ++row)
-      for (int column = row; column < 3; ++column)
-        rows[entry++] = static_cast<float>(C(row, column));
-    pairs.of_target.push_back(rows);
+    of_source.emplace_back(Matrix3d::Identity() * 0.25);
+    of_target.push_back(C);
     const Vector3d n_float = pairs.normals.col(i).cast<double>();
     pairs.information.push_back(metric == Metric::Point   ? Matrix3d::Identity()
                                 : metric == Metric::Plane ? Matrix3d(n_float * n_float.transpose())
                                                           : Matrix3d((C + 0.25 * Matrix3d::Identity()).inverse()));
   }
+  pairs.of_source = inRows(of_source);
+  pairs.of_target = inRows(of_target);
   return pairs;
 }
 

@@ -17,12 +17,14 @@ namespace pcl_gpu_icp::cli {
 
 /// With --guess auto: puts the pose that PoseSearch finds in the place of the pair's guess.
 /// \param share of a batch that the pair is of; null: none
+/// \param times gets how long it took, as "guess"
 /// \return what it came to; none where no search was asked for
 /// \throws Failure (Input) where a cloud has too few points or nothing fits
 std::optional<report::SearchedGuess> searchGuess(CloudPair& pair,
                                                  const AlignmentOptions& options,
                                                  const Device& device,
                                                  std::shared_ptr<DeviceShare> share,
+                                                 StageTimes& times,
                                                  std::function<void(std::size_t done, std::size_t all)> progress = {});
 
 } // namespace pcl_gpu_icp::cli

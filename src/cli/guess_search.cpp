@@ -1,4 +1,4 @@
-#include "cli/start_search.h"
+#include "cli/guess_search.h"
 
 #include "cli/failure.h"
 #include "cli/guess.h"
@@ -7,6 +7,7 @@
 
 #include <pcl_gpu_icp/pose_search.h>
 #include <pcl_gpu_icp/search/points_of.h>
+#include <pcl_gpu_icp/stopwatch.h>
 
 #include <utility>
 
@@ -16,10 +17,12 @@ std::optional<report::SearchedGuess> searchGuess(CloudPair& pair,
                                                  const AlignmentOptions& options,
                                                  const Device& device,
                                                  std::shared_ptr<DeviceShare> share,
+                                                 StageTimes& times,
                                                  std::function<void(std::size_t done, std::size_t all)> progress)
 {
   if (!options.guess || !asksForSearch(*options.guess))
     return std::nullopt;
+  const Stopwatch watch(times, "guess");
   PoseSearch search(device);
   search.setMotions(options.motions);
   search.setShare(std::move(share));
