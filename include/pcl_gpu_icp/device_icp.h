@@ -73,6 +73,11 @@ public:
   void setKeepUndetermined(bool kept) { keeps_undetermined_ = kept; }
   bool getKeepUndetermined() const { return keeps_undetermined_; }
 
+  /// Whether getResult().quality is measured, for judge(). On by default: some milliseconds at most, whatever the
+  /// number of points.
+  void setMeasureQuality(bool measured) { measures_quality_ = measured; }
+  bool getMeasureQuality() const { return measures_quality_; }
+
   /// What finds the correspondences: CorrespondenceSearch::PclKdTree by default. DeviceKdTree excludes a search method,
   /// a correspondence estimation or a point representation of the caller's: align() then ends with an error.
   void setCorrespondenceSearch(CorrespondenceSearch search) { search_ = search; }
@@ -195,7 +200,7 @@ private:
   double truncatedMean(std::size_t matched, double mean_square) const;
   std::array<double, 3> anchor() const;
   Matrix4 matrixOf(const RigidTransform& pose) const;
-  void report(const RigidTransform& pose);
+  void report(const RigidTransform& start, const RigidTransform& pose);
   RigidTransform judged(const RigidTransform& pose, const RigidTransform& start);
   void listCorrespondences(const std::vector<Correspondence>& correspondences);
   bool matcherHoldsTheClouds() const;
@@ -226,6 +231,7 @@ private:
   Loss loss_;
   Motions motions_ = Motions::Rigid;
   bool keeps_undetermined_ = false;
+  bool measures_quality_ = true;
   CorrespondenceSearch search_ = CorrespondenceSearch::PclKdTree;
   bool accelerated_ = false;
   unsigned int threads_ = 0;

@@ -3,6 +3,7 @@
 #include <pcl_gpu_icp/device.h>
 #include <pcl_gpu_icp/loss.h>
 #include <pcl_gpu_icp/motions.h>
+#include <pcl_gpu_icp/quality.h>
 #include <pcl_gpu_icp/uncertainty.h>
 
 #include <array>
@@ -121,6 +122,9 @@ struct AlignmentResult {
   /// At the final transformation. None where there are too few pairs, or an estimation or, for point-to-plane, a search
   /// of the caller's.
   std::optional<Uncertainty> uncertainty;
+  /// Of the final transformation: judge() tells whether to believe it. None where there are too few pairs, or it was
+  /// not asked for.
+  std::optional<Quality> quality;
   std::size_t source_points = 0;  ///< source points that took part
   std::size_t source_dropped = 0; ///< source points that are not finite or beyond largest_coordinate
   std::size_t target_points = 0;  ///< distinct target points that took part; coincident ones count once
@@ -140,7 +144,7 @@ struct AlignmentResult {
   StageTimes device_times;            ///< per stage and transfer, from the device's event timers
   /// "start" (device and kernels), "tree", "normals" (of the target, point-to-plane), "pack" (the source), "search"
   /// (with DeviceKdTree or the default search the whole pass over the pairs), "estimate" (where listed pairs are
-  /// estimated apart), "total"
+  /// estimated apart), "quality", "total"
   StageTimes host_times;
 };
 

@@ -9,9 +9,9 @@
 #include "cli/options.h"
 #include "cli/output_file.h"
 
+#include "report/ending.h"
 #include "report/format.h"
 #include "report/matrix.h"
-#include "report/verdict.h"
 
 #include <pcl_gpu_icp/device.h>
 #include <pcl_gpu_icp/icp.h>
@@ -116,7 +116,7 @@ void writeFiles(Outputs& outputs,
                 const report::AlignmentReport& report,
                 const AlignOptions& options)
 {
-  const bool aligned = isAnswer(verdictOf(report));
+  const bool aligned = isAnswer(endingOf(report));
   if (outputs.cloud && aligned) {
     Cloud moved = source_file;
     transform(moved, report.transform, options.drop_zero_returns);
@@ -166,9 +166,9 @@ ExitCode align(const AlignOptions& options)
     writeToStandardOutput(report::toJson(report));
   else if (!options.quiet)
     writeToStandardOutput(report::toText(report));
-  if (!isAnswer(verdictOf(report)))
+  if (!isAnswer(endingOf(report)))
     throw Failure(ExitCode::NotConverged,
-                  options.source + " onto " + options.target + ": " + verdictText(report) +
+                  options.source + " onto " + options.target + ": " + endingText(report) +
                       (outputs.cloud || outputs.matrix ? "; -o and --matrix not written" : ""));
   return ExitCode::Success;
 }

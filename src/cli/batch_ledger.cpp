@@ -45,13 +45,26 @@ void BatchLedger::describe(report::BatchReport& report) const
   report.pairs = pairs_.size();
   for (std::size_t place = 0; place < pairs_.size(); ++place) {
     const auto& outcome = outcomes_[place];
-    if (outcome && outcome->status == report::PairStatus::Converged)
+    if (!outcome)
+      continue;
+    if (outcome->status != report::PairStatus::Failed) {
+      const Verdict verdict = outcome->judgement.verdict;
+      ++(verdict == Verdict::Good ? report.good : verdict == Verdict::Doubtful ? report.doubtful : report.wrong);
+      if (verdict != Verdict::Good && isAnswer(outcome->status))
+        report.worst.push_back({pairs_[place].identity, *outcome});
+    }
+    if (outcome->status == report::PairStatus::Converged)
       ++report.converged;
-    else if (outcome && outcome->status == report::PairStatus::AtLimit)
+    else if (outcome->status == report::PairStatus::AtLimit)
       ++report.at_limit;
-    else if (outcome)
+    else
       report.unsuccessful.push_back({pairs_[place].identity, *outcome});
   }
+  constexpr std::size_t most_named = 5;
+  std::stable_sort(report.worst.begin(), report.worst.end(), [](const auto& a, const auto& b) {
+    return a.outcome.near < b.outcome.near;
+  });
+  report.worst.resize(std::min(report.worst.size(), most_named));
 }
 
 } // namespace pcl_gpu_icp::cli

@@ -2,8 +2,8 @@
 
 #include "cli/guess.h"
 
+#include "report/ending.h"
 #include "report/format.h"
-#include "report/verdict.h"
 
 #include <pcl_gpu_icp/search/nearest_index.h>
 #include <pcl_gpu_icp/search/points_of.h>
@@ -72,6 +72,7 @@ void describe(report::AlignmentReport& report,
               const CloudPair& pair,
               const RigidTransform& transform)
 {
+  report.only_good = options.strict;
   report.takes_undetermined = options.undetermined != Undetermined::Fail;
   report.iteration_limit = options.iterations;
   report.max_distance = options.max_distance;
@@ -85,7 +86,7 @@ void describe(report::AlignmentReport& report,
   if (report.result.uncertainty)
     for (int axis = 0; axis < 3; ++axis)
       report.result.uncertainty->centre[axis] += pair.target->origin[axis];
-  if (verdictOf(report) == report::Verdict::TooFewPairs)
+  if (endingOf(report) == report::Ending::TooFewPairs)
     report.nearest_distance = nearestDistance(pair, transform);
 }
 

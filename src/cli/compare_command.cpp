@@ -8,7 +8,8 @@
 #include "cli/stock_process.h"
 
 #include "report/comparison_report.h"
-#include "report/verdict.h"
+#include "report/ending.h"
+#include "report/judgement.h"
 
 #include <pcl_gpu_icp/device.h>
 #include <pcl_gpu_icp/icp.h>
@@ -169,7 +170,8 @@ runPlugin(report::ComparisonReport& report, const CloudPair& pair, const Compare
   const AlignmentResult& result = alignment.result;
   requireNoError(result);
   describe(alignment, options, pair, detail::toRigidTransform<float>(plugin.getFinalTransformation()));
-  report.plugin.converged = isAnswer(verdictOf(alignment));
+  report.plugin.converged = isAnswer(endingOf(alignment));
+  report.judgement = judgementOf(alignment);
   report.plugin.reason = result.reason;
   report.plugin.iterations = result.iterations;
   const auto start = result.host_times.find("start");
@@ -229,7 +231,7 @@ ExitCode compare(const CompareOptions& options)
     throw Failure(ExitCode::NotConverged, options.source + " onto " + options.target + ": " + why);
   };
   if (!report.plugin.converged)
-    fail("ours: " + verdictText(alignment) + "; " + stockText(report));
+    fail("ours: " + endingText(alignment) + "; " + stockText(report));
   if (!report.stock || !report.stock->converged)
     fail(stockText(report));
   if (!report.agree())

@@ -6,12 +6,27 @@
 #include "report/format.h"
 
 #include <pcl_gpu_icp/pose_search.h>
+#include <pcl_gpu_icp/quality.h>
 #include <pcl_gpu_icp/search/points_of.h>
 #include <pcl_gpu_icp/stopwatch.h>
 
 #include <utility>
 
 namespace pcl_gpu_icp::cli {
+namespace {
+
+/// Whether the points are as near the target at the second pose as at the first, or nearly so: scores alone, which go
+/// by voxels, are alike for two sides of a relief as well.
+bool fitsAsClosely(const Points& source, const Points& target, const PoseSearchResult& found)
+{
+  constexpr double nearly = 1.5, noise = 0.05; // spacings
+  const auto medianAt = [&](const PoseCandidate& pose) {
+    return qualityOf(source, target, pose.transform, pose.transform).median_distance;
+  };
+  return medianAt(found.poses[1]) <= nearly * medianAt(found.poses[0]) + noise;
+}
+
+} // namespace
 
 std::optional<report::SearchedGuess> searchGuess(CloudPair& pair,
                                                  const AlignmentOptions& options,
@@ -27,8 +42,8 @@ std::optional<report::SearchedGuess> searchGuess(CloudPair& pair,
   search.setMotions(options.motions);
   search.setShare(std::move(share));
   search.setProgress(std::move(progress));
-  const PoseSearchResult found =
-      search.search(search::pointsOf(*pair.source->points), search::pointsOf(*pair.target->points), pair.guess);
+  const Points source = search::pointsOf(*pair.source->points), target = search::pointsOf(*pair.target->points);
+  const PoseSearchResult found = search.search(source, target, pair.guess);
   const std::string files = options.source + " onto " + options.target;
   if (found.poses.empty())
     throw Failure(ExitCode::Input,
@@ -36,14 +51,15 @@ std::optional<report::SearchedGuess> searchGuess(CloudPair& pair,
                       ": --guess auto found no pose: it takes clouds of one size, of at least 10 points that are not "
                       "all at one place");
   pair.guess = found.poses[0].transform;
-  report::SearchedGuess searched{found.starts, found.poses[0].score, std::nullopt};
+  report::SearchedGuess searched{found.starts, found.poses[0].score, std::nullopt, false};
   if (found.poses.size() > 1)
     searched.next_score = found.poses[1].score;
+  searched.is_ambiguous = found.isAmbiguous() && fitsAsClosely(source, target, found);
   constexpr double low = 0.3; // scans of one place have more
   if (searched.score < low)
     pair.warnings.push_back(report::format(
         "%s: the best pose that was found fits badly, with a score of %.2g of 1", files.c_str(), searched.score));
-  if (found.isAmbiguous())
+  if (searched.is_ambiguous)
     pair.warnings.push_back(report::format("%s: two poses fit nearly as well, with scores of %.2g and %.2g: the first "
                                            "was taken",
                                            files.c_str(),

@@ -148,6 +148,7 @@ void addPairOptions(CLI::App& command, AlignmentOptions& options)
       {{"fail", Undetermined::Fail}, {"solve", Undetermined::Solve}, {"keep", Undetermined::Keep}},
       "where the pairs leave motions undetermined, such as along a corridor: fail, no answer (the default); solve, "
       "take what noise makes of them; or keep, leave those motions as the guess has them");
+  command.add_flag("--strict", options.strict, "take no answer but one whose verdict is good");
   addChoice(command,
             "--search",
             options.search,

@@ -32,6 +32,7 @@ struct AlignmentOptions {
   Loss loss;
   Motions motions = Motions::Rigid;
   Undetermined undetermined = Undetermined::Fail;
+  bool strict = false;
   CorrespondenceSearch search = CorrespondenceSearch::PclKdTree;
   Pipeline pipeline = Pipeline::Fused;
   std::string device;

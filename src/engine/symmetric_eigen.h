@@ -33,8 +33,8 @@ SquareMatrix<n> diagonalise(SquareMatrix<n>& a)
           continue;
         ++rotations;
         const double zeta = (a[j][j] - a[i][i]) / (2 * a[i][j]);
-        const double tangent = std::copysign(1.0, zeta) / (std::abs(zeta) + std::hypot(1.0, zeta));
-        const double cosine = 1 / std::hypot(1.0, tangent), sine = cosine * tangent;
+        const double tangent = std::copysign(1.0, zeta) / (std::abs(zeta) + std::sqrt(1 + zeta * zeta));
+        const double cosine = 1 / std::sqrt(1 + tangent * tangent), sine = cosine * tangent;
         for (std::size_t k = 0; k < n; ++k)
           rotate(a[k][i], a[k][j], cosine, sine);
         for (std::size_t k = 0; k < n; ++k)

@@ -1,9 +1,10 @@
 #include "report/alignment_json.h"
 
 #include "report/alignment_times.h"
+#include "report/ending.h"
+#include "report/judgement.h"
 #include "report/matrix.h"
 #include "report/uncertainty_report.h"
-#include "report/verdict.h"
 
 namespace pcl_gpu_icp::report {
 namespace {
@@ -56,10 +57,14 @@ Json alignmentJson(const AlignmentReport& report)
   json["pipeline"] = toString(result.pipeline);
   json["device_bytes"] = result.device_bytes;
   json["transform"] = matrixJson(report.transform);
-  const Verdict verdict = verdictOf(report);
-  json["converged"] = isAnswer(verdict);
-  json["verdict"] = toString(verdict);
-  json["why"] = isAnswer(verdict) ? Json() : Json(verdictText(report));
+  const Ending ending = endingOf(report);
+  json["converged"] = isAnswer(ending);
+  const Judgement judgement = judgementOf(report);
+  json["verdict"] = toString(judgement.verdict);
+  json["reasons"] = judgement.reasons;
+  json["quality"] = result.quality ? qualityJson(*result.quality) : Json();
+  json["ending"] = toString(ending);
+  json["why"] = isAnswer(ending) ? Json() : Json(endingText(report));
   json["reason"] = toString(result.reason);
   json["iterations"] = result.iterations;
   json["searched"] = result.searched;

@@ -1,10 +1,11 @@
 #include "report/alignment_report.h"
 
 #include "report/alignment_times.h"
+#include "report/ending.h"
 #include "report/format.h"
+#include "report/judgement.h"
 #include "report/matrix.h"
 #include "report/uncertainty_report.h"
-#include "report/verdict.h"
 
 namespace pcl_gpu_icp::report {
 namespace {
@@ -55,6 +56,8 @@ std::string toText(const AlignmentReport& report)
   const AlignmentResult& result = report.result;
   std::string text = cloudText("source", report.source, report.source_points);
   text += cloudText("target", report.target, report.target_points);
+  text += "verdict    " + judgementText(judgementOf(report)) + "\n";
+  text += "result     " + endingText(report) + "\n";
   text += "device     " + result.device.name + " (" + toString(result.device.type) + ", " + result.device.platform +
           ", driver " + result.device.driver + ")\n";
   text += std::string("metric     ") + toString(result.metric) + lossText(result);
@@ -70,11 +73,12 @@ std::string toText(const AlignmentReport& report)
     text += format("searched   %zu points in the first iteration, %zu in the last\n",
                    result.searched.front(),
                    result.searched.back());
-  text += "result     " + verdictText(report) + "\n";
   text +=
       result.inliers > 0
           ? format("RMSE       %.6g before, %.6g after (%s)\n", result.rmse_before, result.rmse, improvement(report))
           : std::string("RMSE       undefined\n");
+  if (result.quality)
+    text += qualityText(*result.quality);
   text += format("inliers    %zu\n", result.inliers);
   text += report.fitness_score
               ? format("fitness    %.6g (mean squared distance to the nearest target point)\n", *report.fitness_score)

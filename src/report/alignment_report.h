@@ -26,6 +26,7 @@ struct SearchedGuess {
   std::size_t starts = 0; ///< poses that were tried
   double score = 0;       ///< of the one taken, from 0 to 1
   std::optional<double> next_score;
+  bool is_ambiguous = false; ///< the next fits nearly as well
 };
 
 struct AlignmentReport {
@@ -37,6 +38,7 @@ struct AlignmentReport {
   RigidTransform transform;                    ///< source to target, in the coordinates of the files
   std::optional<SearchedGuess> searched_guess; ///< none: the guess was given
   std::optional<double> fitness_score;
+  bool only_good = false;          ///< a doubtful pose is no answer
   bool takes_undetermined = false; ///< motions that are not determined are no reason for having no answer
   int iteration_limit = 0;
   std::optional<double> max_distance;     ///< between matched points

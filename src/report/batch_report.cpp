@@ -1,7 +1,7 @@
 #include "report/batch_report.h"
 
 #include "report/format.h"
-#include "report/json.h"
+#include "report/judgement.h"
 #include "report/progress.h"
 
 #include <algorithm>
@@ -12,6 +12,18 @@ namespace {
 constexpr std::size_t most_listed = 10;
 
 Json orDefault(std::size_t value) { return value > 0 ? Json(value) : Json(); }
+
+Json worstJson(const BatchReport& report)
+{
+  Json list = Json::array();
+  for (const auto& [identity, outcome] : report.worst)
+    list.push_back({{"pair", identity.pair},
+                    {"source", identity.source},
+                    {"target", identity.target},
+                    {"verdict", toString(outcome.judgement.verdict)},
+                    {"reasons", outcome.judgement.reasons}});
+  return list;
+}
 
 Json unsuccessfulJson(const BatchReport& report)
 {
@@ -55,6 +67,7 @@ std::string toText(const BatchReport& report)
   if (report.left() > 0)
     text += format(", %zu left", report.left());
   text += report.kept > 0 ? format(" (%zu were there already)\n", report.kept) : "\n";
+  text += format("verdicts   %zu good, %zu doubtful, %zu wrong\n", report.good, report.doubtful, report.wrong);
   for (const DeviceInfo& device : report.devices)
     text += "device     " + device.name + " (" + toString(device.type) + ", " + device.platform + ")\n";
   text += format("time       %.2f s", report.wall_s);
@@ -69,6 +82,9 @@ std::string toText(const BatchReport& report)
       text += format(": pair %zu has no transform", *end);
     text += "\n";
   }
+  for (const auto& [identity, outcome] : report.worst)
+    text += format("pair %-5zu ", identity.pair) + identity.source + " onto " + identity.target + ": " +
+            judgementText(outcome.judgement) + "\n";
   for (std::size_t i = 0; i < std::min(report.unsuccessful.size(), most_listed); ++i) {
     const auto& [identity, outcome] = report.unsuccessful[i];
     text += format("pair %-5zu ", identity.pair) + identity.source + " onto " + identity.target + ": " +
@@ -92,6 +108,8 @@ std::string toJson(const BatchReport& report)
   json["kept"] = report.kept;
   json["aligned"] = report.aligned;
   json["shard"] = report.shard ? Json{{"number", report.shard->number}, {"of", report.shard->of}} : Json();
+  json["verdicts"] = {{"good", report.good}, {"doubtful", report.doubtful}, {"wrong", report.wrong}};
+  json["worst"] = worstJson(report);
   json["unsuccessful"] = unsuccessfulJson(report);
   json["wall_s"] = report.wall_s;
   const auto rate = report.pairsPerSecond();

@@ -19,7 +19,7 @@ struct Shard {
   std::size_t of = 1;
 };
 
-struct UnsuccessfulPair {
+struct ListedOutcome {
   PairIdentity identity;
   PairOutcome outcome;
 };
@@ -37,8 +37,12 @@ struct BatchReport {
   std::string results; ///< the file
   std::size_t pairs = 0;
   std::size_t converged = 0;
-  std::size_t at_limit = 0;                   ///< of the iterations, with an answer
-  std::vector<UnsuccessfulPair> unsuccessful; ///< by their positions
+  std::size_t at_limit = 0;                ///< of the iterations, with an answer
+  std::vector<ListedOutcome> unsuccessful; ///< by their positions
+  std::size_t good = 0;                    ///< of those that have not failed,
+  std::size_t doubtful = 0;
+  std::size_t wrong = 0;
+  std::vector<ListedOutcome> worst;           ///< up to five answers that are not good, the worst first
   std::size_t kept = 0;                       ///< of an earlier run
   std::size_t aligned = 0;                    ///< in this one
   double wall_s = 0;                          ///< of this one

@@ -1,7 +1,7 @@
 #include "report/comparison_report.h"
 
 #include "report/format.h"
-#include "report/json.h"
+#include "report/judgement.h"
 
 #include <cmath>
 
@@ -88,6 +88,7 @@ std::string toText(const ComparisonReport& report)
   text += row("reason", of_stock(reasonText), reasonText(plugin));
   text += row("RMSE", of_stock(rmseText), rmseText(plugin));
   text += row("fitness", of_stock(fitnessText), fitnessText(plugin));
+  text += "verdict     of pcl_gpu_icp's: " + judgementText(report.judgement) + "\n";
   if (!report.stock)
     return text + stockText(report) + "\n";
   const double stock_ms = report.stock->time_ms;
@@ -120,6 +121,8 @@ std::string toJson(const ComparisonReport& report)
   json["stock"] = report.stock ? runJson(*report.stock) : Json();
   json["stock_failure"] = report.stock ? Json() : Json(report.stock_failure);
   json["plugin"] = runJson(report.plugin);
+  json["plugin"]["verdict"] = toString(report.judgement.verdict);
+  json["plugin"]["reasons"] = report.judgement.reasons;
   json["plugin"]["start_ms"] = report.plugin_start_ms;
   json["speedup"] = report.stock ? Json(report.stock->time_ms / report.plugin.time_ms) : Json();
   json["centroid"] = report.centroid;

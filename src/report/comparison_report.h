@@ -34,6 +34,7 @@ struct ComparisonReport {
   std::optional<Run> stock;
   std::string stock_failure; ///< why stock has no answer, where it has none
   Run plugin;
+  Judgement judgement;        ///< of that
   double plugin_start_ms = 0; ///< device and kernels, part of the plugin's time
   DeviceInfo device;
   Pipeline pipeline = Pipeline::Fused;

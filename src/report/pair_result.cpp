@@ -1,8 +1,9 @@
 #include "report/pair_result.h"
 
 #include "report/alignment_json.h"
+#include "report/ending.h"
 #include "report/json_input.h"
-#include "report/verdict.h"
+#include "report/judgement.h"
 
 #include <limits>
 #include <stdexcept>
@@ -12,6 +13,7 @@ namespace {
 
 constexpr PairStatus statuses[] = {
     PairStatus::Converged, PairStatus::AtLimit, PairStatus::NotConverged, PairStatus::Failed};
+constexpr Verdict verdicts[] = {Verdict::Good, Verdict::Doubtful, Verdict::Wrong};
 
 Json identityJson(const PairIdentity& identity)
 {
@@ -53,11 +55,12 @@ RigidTransform transformOf(const nlohmann::json& matrix)
   return transform;
 }
 
-PairStatus statusOf(const std::string& name)
+template <typename Named, std::size_t count>
+Named named(const Named (&all)[count], const std::string& name)
 {
-  for (const PairStatus status : statuses)
-    if (name == toString(status))
-      return status;
+  for (const Named one : all)
+    if (name == toString(one))
+      return one;
   throw std::invalid_argument(name);
 }
 
@@ -82,13 +85,16 @@ PairOutcome outcomeOf(const AlignmentReport& report)
 {
   const AlignmentResult& result = report.result;
   PairOutcome outcome;
-  const Verdict verdict = verdictOf(report);
-  outcome.status = verdict == Verdict::Converged ? PairStatus::Converged
-                   : verdict == Verdict::AtLimit ? PairStatus::AtLimit
-                                                 : PairStatus::NotConverged;
+  const Ending ending = endingOf(report);
+  outcome.status = ending == Ending::Converged ? PairStatus::Converged
+                   : ending == Ending::AtLimit ? PairStatus::AtLimit
+                                               : PairStatus::NotConverged;
   outcome.transform = report.transform;
-  if (!isAnswer(verdict))
-    outcome.why = verdictText(report);
+  if (!isAnswer(ending))
+    outcome.why = endingText(report);
+  outcome.judgement = judgementOf(report);
+  if (result.quality)
+    outcome.near = result.quality->after.source;
   outcome.iterations = result.iterations;
   outcome.warnings = report.warnings.size();
   if (result.inliers > 0)
@@ -136,7 +142,7 @@ std::optional<ReadResult> readResultLine(std::string_view line)
     read.identity = identityText(identity);
 
     PairOutcome& outcome = read.outcome;
-    outcome.status = statusOf(json.at("status").get<std::string>());
+    outcome.status = named(statuses, json.at("status").get<std::string>());
     if (outcome.status == PairStatus::Failed) {
       outcome.why = json.at("error").at("message").get<std::string>();
       return read;
@@ -144,6 +150,10 @@ std::optional<ReadResult> readResultLine(std::string_view line)
     outcome.transform = transformOf(json.at("transform"));
     if (!isAnswer(outcome.status))
       outcome.why = json.at("why").get<std::string>();
+    outcome.judgement = {named(verdicts, json.at("verdict").get<std::string>()),
+                         json.at("reasons").get<std::vector<std::string>>()};
+    if (!json.at("quality").is_null())
+      outcome.near = number(json.at("quality").at("source_near").at("after"));
     outcome.iterations = wholeNumber<int>(json.at("iterations"));
     if (!json.at("rmse").is_null())
       outcome.rmse = number(json.at("rmse"));

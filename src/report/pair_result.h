@@ -22,7 +22,7 @@ struct PairIdentity {
 
 enum class PairStatus {
   Converged,
-  AtLimit,      ///< Verdict::AtLimit
+  AtLimit,      ///< Ending::AtLimit
   NotConverged, ///< any other without an answer
   Failed,
 };
@@ -42,10 +42,12 @@ struct PairFailure {
 struct PairOutcome {
   PairStatus status = PairStatus::Failed;
   RigidTransform transform; ///< where there is one
-  std::string why;          ///< verdictText() of what is no answer, or the failure's message
+  std::string why;          ///< endingText() of what is no answer, or the failure's message
   int iterations = 0;
   std::size_t warnings = 0;
   std::optional<double> rmse;
+  Judgement judgement; ///< of what has not failed
+  double near = 0;     ///< the share of the source's points that are near the target; 0: not measured
 };
 
 PairOutcome outcomeOf(const AlignmentReport& report);

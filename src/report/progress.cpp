@@ -1,6 +1,7 @@
 #include "report/progress.h"
 
 #include "report/format.h"
+#include "report/judgement.h"
 
 #include <cmath>
 
@@ -41,7 +42,8 @@ std::string outcomeText(const PairOutcome& outcome)
   case PairStatus::AtLimit:
     return std::string(toString(outcome.status)) + ", " +
            counted(static_cast<std::size_t>(outcome.iterations), "iteration") +
-           (outcome.rmse ? format(", RMSE %.6g", *outcome.rmse) : "");
+           (outcome.rmse ? format(", RMSE %.6g", *outcome.rmse) : "") +
+           (outcome.judgement.verdict == Verdict::Good ? "" : ", " + judgementText(outcome.judgement));
   case PairStatus::NotConverged:
     return outcome.why;
   case PairStatus::Failed:

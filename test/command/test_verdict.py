@@ -1,175 +1,153 @@
-"""Exit code, words and numbers tell whether there is an answer."""
+"""Whether to believe a pose: what is said of it, where, and what exit codes follow."""
 
-import math
 import os
-import random
+import pathlib
 
 from batches import BatchTest
-from command import IDENTITY, NOT_CONVERGED, motion, moved, pcd, surface
+from command import NOT_CONVERGED, motion, moved, pcd, surface
 
 POINTS = surface()
-MOTION = motion(3, (0.05, -0.08, 0.04))
-TARGET = [moved(MOTION, point) for point in POINTS]
-
-
-def room(turn=0.0, shift=(0.0, 0.0)):
-    """What a scanner that turns in one plane sees of a room with two pillars."""
-    points = []
-    for i in range(240):
-        angle = 2 * math.pi * i / 240
-        c, s = math.cos(angle), math.sin(angle)
-        distance = min(3 / max(abs(c), 1e-9), 2 / max(abs(s), 1e-9))
-        if i % 40 < 5:
-            distance *= 0.6 + 0.01 * (i // 40)
-        x, y = c * distance, s * distance
-        points.append((math.cos(turn) * x - math.sin(turn) * y + shift[0],
-                       math.sin(turn) * x + math.cos(turn) * y + shift[1], 0.0))
-    return points
-
-
-def scattered(count, seed):
-    generator = random.Random(seed)
-    return [tuple(generator.random() for _ in range(3)) for _ in range(count)]
-
-
-def jittered(points, by, seed):
-    generator = random.Random(seed)
-    return [tuple(value + generator.gauss(0, by) for value in point) for point in points]
+NEAR = [moved(motion(3, (0.05, -0.08, 0.04)), point) for point in POINTS]
+FAR = [moved(motion(120, (0.0, 0.0, 0.0)), point) for point in POINTS]
+# The shell of a box in which there is room for all of it.
+BOX = [tuple(face if i == axis else (a, b)[i - (i > axis)] for i in range(3))
+       for axis in range(3) for face in (-6, 6) for a in range(-6, 7, 2) for b in range(-6, 7, 2)]
+FLOOR = [(0.1 * i, 0.1 * j, 0.0) for i in range(20) for j in range(20)]
 
 
 class Verdicts(BatchTest):
     def setUp(self):
         super().setUp()
-        self.number = 0
+        for name, points in {
+                "target.pcd": POINTS, "near.pcd": NEAR, "far.pcd": FAR, "box.pcd": BOX, "floor.pcd": FLOOR,
+                "next_floor.pcd": [(x + 0.03, y + 0.02, z) for x, y, z in FLOOR]}.items():
+            self.write(name, pcd(points))
+        self.rows = {
+            "good": ("near.pcd", "target.pcd"), "doubtful": ("next_floor.pcd", "floor.pcd"),
+            "wrong": ("box.pcd", "target.pcd")}
 
-    def cloud(self, points):
-        self.number += 1
-        return self.write(f"cloud_{self.number}.pcd", pcd(points))
+    def pair(self, verdict):
+        return [self.path(name) for name in self.rows[verdict]]
 
-    def no_answer(self, source, target, *arguments, verdict, says):
-        """Neither align nor a batch calls it converged, and neither writes what is no answer."""
-        output = self.path("aligned.pcd")
+    def test_good(self):
+        result = self.align(*self.pair("good"), "--strict")
+        self.assertEqual((result["verdict"], result["reasons"], result["ending"]), ("good", [], "converged"))
+        near = result["quality"]["source_near"]
+        self.assertGreater(near["after"], 0.95)
+        self.assertLessEqual(near["before"], near["after"])
+        self.assertGreater(result["quality"]["target_near"]["after"], 0.95)
+        self.assertLess(result["quality"]["surfaces"]["pull"], 0.3)
+        self.assertGreater(result["times_ms"]["quality"], 0)
+        text = self.succeed("align", *self.pair("good"))
+        self.assertIn("\nverdict    good\nresult     converged", text)
+        self.assertRegex(text, r"\nnear       within 0\.\d+, three spacings: \d+ % of the source's points, \d+ % at the")
+
+    def test_doubtful_is_an_answer_but_not_with_strict(self):
+        result = self.align(*self.pair("doubtful"))
+        self.assertEqual((result["verdict"], result["converged"], result["why"]), ("doubtful", True, None))
+        self.assertIn("hardly hold a motion along them", result["reasons"][0])
+        text = self.succeed("align", *self.pair("doubtful"), "-o", self.path("moved.pcd"))
+        self.assertIn("\nverdict    doubtful: " + result["reasons"][0], text)
+        self.assertTrue(os.path.exists(self.path("moved.pcd")))
+
         done = self.fail_with(
-            NOT_CONVERGED, "align", source, target, *arguments, "--json", "-", "-o", output, names=[source, *says])
+            NOT_CONVERGED, "align", *self.pair("doubtful"), "--strict", "-o", self.path("strict.pcd"), "--json", "-",
+            names=["next_floor.pcd onto", "the pose is doubtful: " + result["reasons"][0], "-o and --matrix not written"])
+        strict = self.checked(done.stdout)
+        self.assertEqual((strict["ending"], strict["verdict"], strict["converged"]), ("doubtful", "doubtful", False))
+        self.assertEqual(strict["transform"], result["transform"])
+        self.assertFalse(os.path.exists(self.path("strict.pcd")))
+
+    def test_wrong_is_no_answer(self):
+        done = self.fail_with(
+            NOT_CONVERGED, "align", *self.pair("wrong"), "-o", self.path("moved.pcd"), "--json", "-",
+            names=["box.pcd onto", "the pose is wrong: "])
         result = self.checked(done.stdout)
-        self.assertEqual((result["verdict"], result["converged"]), (verdict, False))
-        self.assertFalse(os.path.exists(output))
-        for words in says:
-            self.assertIn(words, result["why"])
-        text = self.run_command("align", source, target, *arguments).stdout
-        self.assertNotIn("result     converged", text)
-        self.assertIn("\nresult     " + result["why"] + "\n", text)
+        self.assertEqual((result["ending"], result["verdict"], result["converged"]), ("wrong", "wrong", False))
+        self.assertIn("the pose is wrong: " + result["reasons"][0], result["why"])
+        self.assertFalse(os.path.exists(self.path("moved.pcd")))
 
-        rows = [(os.path.basename(source), os.path.basename(target))]
-        results, summary = self.batch(self.manifest(rows), *arguments, "--force", code=NOT_CONVERGED)
-        self.assertEqual((results[0]["status"], results[0]["why"]), ("not converged", result["why"]))
-        self.assertEqual((summary["converged"], summary["at_the_limit"], summary["not_converged"]), (0, 0, 1))
-        self.assertEqual(summary["unsuccessful"][0]["why"], result["why"])
-        again = self.run_command("batch", self.manifest(rows), "-o", self.path("out"), *arguments, "--resume")
-        self.assertEqual(again.returncode, NOT_CONVERGED, again)
-        self.assertIn(result["why"], again.stdout)
-        return result, text
+    def test_a_pose_that_is_found_is_good(self):
+        self.assertEqual(self.align(self.path("far.pcd"), self.path("target.pcd"))["verdict"], "doubtful")
+        self.assertEqual(self.align(self.path("far.pcd"), self.path("target.pcd"), "--guess", "auto")["verdict"], "good")
 
-    def test_planes_that_leave_motions_free(self):
-        seen, from_elsewhere = self.cloud(room()), self.cloud(room(0.03, (0.1, -0.05)))
-        for search in ("pcl", "device"):
-            result, text = self.no_answer(
-                from_elsewhere, seen, "--metric", "plane", "--search", search, verdict="undetermined",
-                says=["not determined", "3 only slide"])
-            self.assertEqual((result["degenerate"], result["free_motions"]), ("sliding", 3))
-            self.assertIn("\ndegenerate yes", text)
-        floor = [(x, y, 0.0) for x, y, _ in POINTS]
-        self.no_answer(self.cloud([(x, y, 0.1) for x, y, _ in floor]), self.cloud(floor), "--metric", "plane",
-                       verdict="undetermined", says=["3 only slide"])
+    def test_without_pairs_there_is_no_quality(self):
+        source, target = self.pair("good")
+        done = self.run_command("align", source, target, "--max-distance", "1e-9", "--json", "-")
+        result = self.checked(done.stdout)
+        self.assertEqual((result["verdict"], result["quality"], result["ending"]), ("wrong", None, "too few pairs"))
+        self.assertEqual(result["reasons"], [result["why"]])
 
-    def test_points_in_a_plane_determine_a_pose(self):
-        result = self.align(self.cloud(room(0.03, (0.1, -0.05))), self.cloud(room()))
-        self.assertEqual((result["verdict"], result["degenerate"], result["why"]), ("converged", "none", None))
-        square = [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (1.0, 1.0, 0.0)]
-        result = self.align(self.cloud([(x + 0.1, y, z) for x, y, z in square]), self.cloud(square))
-        self.assertEqual(result["verdict"], "converged")
+    def test_compare_tells_the_verdict(self):
+        self.assertIn("\nverdict     of pcl_gpu_icp's: good\n", self.succeed("compare", *self.pair("good")))
+        done = self.fail_with(NOT_CONVERGED, "compare", *self.pair("wrong"), names="ours: no answer: ")
+        self.assertIn("\nverdict     of pcl_gpu_icp's: wrong: ", done.stdout)
 
-    def test_points_on_a_line_or_at_one_place(self):
-        line = self.cloud([(0.1 * i, 0.2 * i, 0.3 * i) for i in range(50)])
-        self.no_answer(line, line, verdict="undetermined", says=["one line"])
-        spot = self.cloud([(1.0, 2.0, 3.0)] * 50)
-        self.no_answer(spot, spot, verdict="undetermined", says=["one place"])
+    def test_two_poses_that_fit(self):
+        """A bar with square ends, open at none, fits turned by half a turn as well."""
+        bar = []
+        for i in range(40):
+            for j in range(12):
+                x, t = 0.1 * i - 1.95, -0.5 + j / 11
+                bar += [(x, t, 0.5), (x, t, -0.5), (x, 0.5, t), (x, -0.5, t)]
+        source = self.write("bar.pcd", pcd([moved(motion(40, (1, 2, 3)), point) for point in bar]))
+        done = self.run_command("align", source, self.write("bar_target.pcd", pcd(bar)), "--guess", "auto", "--json", "-")
+        result = self.checked(done.stdout)
+        self.assertEqual(result["verdict"], "doubtful")
+        self.assertIn("two poses fit", result["reasons"][0])
 
-    def worsening(self):
-        """Planes through points that are scattered all over lead away from a guess that was nearly right."""
-        target = scattered(60, seed=4)
-        return self.cloud(jittered(target, 0.004, seed=5)), self.cloud(target)
+    def test_batch(self):
+        manifest = self.manifest(self.rows.values())
+        results, summary = self.batch(manifest, code=NOT_CONVERGED)
+        for place, verdict in enumerate(self.rows):
+            alone = self.checked(self.run_command("align", *self.pair(verdict), "--json", "-").stdout)
+            for key in ("verdict", "reasons", "quality", "ending"):
+                self.assertEqual(results[place][key], alone[key])
+        self.assertEqual([results[i]["status"] for i in range(3)], ["converged", "converged", "not converged"])
+        self.assertEqual(summary["verdicts"], {"good": 1, "doubtful": 1, "wrong": 1})
+        self.assertEqual([(each["pair"], each["verdict"], each["reasons"]) for each in summary["worst"]],
+                         [(1, "doubtful", results[1]["reasons"])])
+        self.assertEqual([each["pair"] for each in summary["unsuccessful"]], [2])
 
-    def test_worse_at_the_limit(self):
-        for search in ("pcl", "device"):
-            result, text = self.no_answer(
-                *self.worsening(), "--metric", "plane", "--iterations", "2", "--search", search, verdict="got worse",
-                says=["limit of 2 iterations", "farther from the target"])
-            self.assertEqual(result["reason"], "iterations")
-            self.assertIn("(got worse)", text)
+        again = self.run_command("batch", manifest, "-o", self.path("out"), "--resume")
+        self.assertEqual(again.returncode, NOT_CONVERGED)
+        self.assertIn("\nverdicts   1 good, 1 doubtful, 1 wrong\n", again.stdout)
+        self.assertIn("next_floor.pcd onto floor.pcd: doubtful: ", again.stdout)
+        for key in ("verdicts", "worst", "unsuccessful"):
+            self.assertEqual(self.summary()[key], summary[key])
 
-    def test_a_point_far_from_all_others_does_not_decide(self):
-        """It makes up the whole RMSE, of which only the rounding changes."""
-        for far in (1e6, 2e10):
-            source = self.cloud(POINTS + [(far, 0.0, 0.0)])
-            for iterations in range(2, 9):
-                result = self.align(source, self.cloud(TARGET), "--trim", "0.9", "--iterations", str(iterations))
-                self.assertIn(result["verdict"], ("at the limit", "converged"), (far, iterations))
+        _, strict = self.batch(manifest, "--strict", output="strict", code=NOT_CONVERGED)
+        self.assertEqual([each["pair"] for each in strict["unsuccessful"]], [1, 2])
+        self.assertEqual(strict["worst"], [])
 
-    def test_the_limit_counts_apart(self):
-        source, target = self.cloud(POINTS), self.cloud(TARGET)
-        result = self.align(source, target, "--iterations", "2")
-        self.assertEqual((result["verdict"], result["reason"], result["why"]), ("at the limit", "iterations", None))
-        text = self.succeed("align", source, target, "--iterations", "2", "-o", self.path("aligned.pcd"))
-        self.assertIn("result     stopped at the limit of 2 iterations, before it converged\n", text)
-        self.assertTrue(os.path.exists(self.path("aligned.pcd")))
+    def test_the_worst_five_are_named(self):
+        """By how little of them is on their target."""
+        rows = []
+        for i in range(7):
+            kept = len(FLOOR) - 20 * i
+            self.write(f"part_{i}.pcd", pcd(FLOOR[:kept]))
+            rows.append(("floor.pcd", f"part_{i}.pcd"))
+        results, summary = self.batch(self.manifest(rows))
+        self.assertEqual(summary["verdicts"]["doubtful"], 7)
+        named = [each["pair"] for each in summary["worst"]]
+        self.assertEqual(len(named), 5)
+        shares = [results[pair]["quality"]["source_near"]["after"] for pair in named]
+        self.assertEqual(shares, sorted(shares))
+        self.assertLessEqual(shares[-1], min(
+            results[pair]["quality"]["source_near"]["after"] for pair in range(7) if pair not in named))
 
-        rows = [("cloud_1.pcd", "cloud_2.pcd", iterations) for iterations in ("2", "", "2")]
-        manifest = self.manifest(rows, ("source", "target", "iterations"))
-        text = self.succeed("batch", manifest, "-o", self.path("out"))
-        self.assertEqual([self.results()[i]["status"] for i in range(3)], ["at the limit", "converged", "at the limit"])
-        summary = self.summary()
-        self.assertEqual((summary["converged"], summary["at_the_limit"], summary["not_converged"], summary["left"]),
-                         (1, 2, 0, 0))
-        self.assertIn("pairs      3: 1 converged, 2 at the limit, 0 without an answer, 0 failed\n", text)
-        self.assertIn("cloud_1.pcd onto cloud_2.pcd: at the limit, 2 iterations, RMSE", text)
-        again = self.succeed("batch", manifest, "-o", self.path("out"), "--resume", "--fail-fast")
-        self.assertIn("1 converged, 2 at the limit", again)
+    def test_a_line_without_a_verdict_is_no_result(self):
+        manifest = self.manifest([self.rows["good"]])
+        self.batch(manifest)
+        path = pathlib.Path(self.path("out"), "results.jsonl")
+        path.write_text(path.read_text().replace('"verdict":"good"', '"verdict":"excellent"'))
+        self.fail_with(3, "batch", manifest, "-o", self.path("out"), "--resume", names="results.jsonl:1")
 
-    def test_a_grid_as_coarse_as_the_cloud(self):
-        for metric in ("point", "plane"):
-            result, _ = self.no_answer(
-                self.cloud(POINTS), self.cloud(TARGET), "--leaf", "4", "--metric", metric, verdict="too coarse",
-                says=["--leaf", f"of the {len(POINTS)} points"])
-            self.assertLessEqual(result["points"]["source"], 8)
-        few = self.cloud(scattered(9, seed=1))
-        self.assertEqual(self.align(few, few, "--leaf", "0.001")["verdict"], "converged")
-
-    def test_no_pairs_within_the_distance(self):
-        far = self.cloud([(x, y, z + 7) for x, y, z in POINTS])
-        for search in ("pcl", "device"):
-            result, text = self.no_answer(
-                self.cloud(POINTS), far, "--max-distance", "0.1", "--search", search, verdict="too few pairs",
-                says=["no answer: no pair within --max-distance 0.1", "the nearest source point is 6."])
-            least = min(math.dist(p, (x, y, z + 7)) for p in POINTS for x, y, z in POINTS)
-            self.assertAlmostEqual(result["nearest_distance"], least, places=5)
-            self.assertEqual((result["degenerate"], result["inliers"], result["rmse"]), ("empty", 0, None))
-            self.assertEqual(result["transform"], IDENTITY)
-            self.assertIn("\ndegenerate yes: no points were matched, so nothing is determined\n", text)
-
-    def test_fewer_pairs_than_needed(self):
-        target = self.cloud(POINTS)
-        for count, degenerate, words in [(1, "point", "1 pair, where 3 are needed"),
-                                         (2, "line", "2 pairs, where 3 are needed")]:
-            near = self.cloud([(x, y, z + 0.01) for x, y, z in POINTS[:count]])
-            result, text = self.no_answer(
-                near, target, verdict="too few pairs", says=[words, "the nearest source point is 0.0"])
-            self.assertEqual((result["degenerate"], result["inliers"]), (degenerate, count))
-            self.assertRegex(text, f"\ndegenerate yes: {count} matched points?, where 3 are needed\n")
-        far = [(x, y, z + 100) for x, y, z in POINTS]
-        some = self.cloud([*POINTS[:2], *far])
-        self.no_answer(some, target, "--max-distance", "0.5", verdict="too few pairs",
-                       says=["2 pairs within --max-distance 0.5, where 3 are needed; the nearest source point is 0 from"])
-
-    def test_an_answer_has_no_nearest_distance(self):
-        self.assertIsNone(self.align(self.cloud(POINTS), self.cloud(TARGET))["nearest_distance"])
+    def test_scans_of_one_street_and_of_two_places(self):
+        street, next_street, room = (self.shared(f"{name}.pcd")
+                                     for name in ("lidar_street_0", "lidar_street_1", "rgbd_room_0"))
+        done = self.run_command("align", next_street, street, "--search", "device", "--metric", "plane",
+                                "--drop-zero-returns", "--strict", "--json", "-")
+        self.assertEqual(self.checked(done.stdout)["verdict"], "good", done)
+        done = self.run_command("align", next_street, room, "--search", "device", "--leaf", "0.1", "--json", "-")
+        self.assertEqual((done.returncode, self.checked(done.stdout)["verdict"]), (NOT_CONVERGED, "wrong"))

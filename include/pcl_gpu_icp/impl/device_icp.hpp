@@ -209,7 +209,7 @@ void DeviceIcp<PclIcp>::computeTransformation(PointCloudSource& output, const Ma
     prepare(guess);
     const auto acceleration = accelerated_ ? std::optional(leverOf(takingPart())) : std::nullopt;
     const RigidTransform start = startOf(guess);
-    report(judged(iterate(*this, start, acceleration), start));
+    report(start, judged(iterate(*this, start, acceleration), start));
   } catch (const Cancelled& cancelled) {
     this->converged_ = false;
     this->final_transformation_ = guess;
@@ -341,13 +341,17 @@ RigidTransform DeviceIcp<PclIcp>::judged(const RigidTransform& pose, const Rigid
 }
 
 template <typename PclIcp>
-void DeviceIcp<PclIcp>::report(const RigidTransform& pose)
+void DeviceIcp<PclIcp>::report(const RigidTransform& start, const RigidTransform& pose)
 {
   if (matched_ < static_cast<std::size_t>(this->Registration::min_number_correspondences_)) {
     result_.message = whyTooFewMatched();
     PCL_ERROR("[pcl_gpu_icp::%s::computeTransformation] %s\n", this->getClassName().c_str(), result_.message.c_str());
     this->convergence_criteria_->setConvergenceState(Criteria::CONVERGENCE_CRITERIA_NO_CORRESPONDENCES);
     this->converged_ = false;
+  }
+  else if (measures_quality_) {
+    const Stopwatch watch(result_.host_times, "quality");
+    result_.quality = qualityOf(takingPart(), search::pointsOf(*this->target_), start, pose, result_.threads);
   }
   result_.reason = detail::reasonOf(this->convergence_criteria_->getConvergenceState());
   result_.inliers = matched_;

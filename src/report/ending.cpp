@@ -1,6 +1,7 @@
-#include "report/verdict.h"
+#include "report/ending.h"
 
 #include "report/format.h"
+#include "report/judgement.h"
 #include "report/uncertainty_report.h"
 
 #include <algorithm>
@@ -66,6 +67,18 @@ std::string slidingText(const AlignmentResult& result)
   return text;
 }
 
+std::string tooCoarseText(const AlignmentReport& report)
+{
+  const bool source = isTooCoarse(report.source_points);
+  const PointCounts& points = source ? report.source_points : report.target_points;
+  return format("--leaf left %zu of the %zu points of the %s, as a single voxel might",
+                points.used,
+                points.in_file,
+                source ? "source" : "target");
+}
+
+} // namespace
+
 std::string undeterminedText(const AlignmentResult& result)
 {
   if (result.inliers > 0 && result.inliers < fewest_pairs)
@@ -85,49 +98,47 @@ std::string undeterminedText(const AlignmentResult& result)
   return "unknown";
 }
 
-std::string tooCoarseText(const AlignmentReport& report)
+const char* toString(Ending ending)
 {
-  const bool source = isTooCoarse(report.source_points);
-  const PointCounts& points = source ? report.source_points : report.target_points;
-  return format("--leaf left %zu of the %zu points of the %s, as a single voxel might",
-                points.used,
-                points.in_file,
-                source ? "source" : "target");
-}
-
-} // namespace
-
-const char* toString(Verdict verdict)
-{
-  switch (verdict) {
-  case Verdict::Converged:
+  switch (ending) {
+  case Ending::Converged:
     return "converged";
-  case Verdict::AtLimit:
+  case Ending::AtLimit:
     return "at the limit";
-  case Verdict::GotWorse:
+  case Ending::GotWorse:
     return "got worse";
-  case Verdict::Undetermined:
+  case Ending::Undetermined:
     return "undetermined";
-  case Verdict::TooCoarse:
+  case Ending::Wrong:
+    return "wrong";
+  case Ending::Doubtful:
+    return "doubtful";
+  case Ending::TooCoarse:
     return "too coarse";
-  case Verdict::TooFewPairs:
+  case Ending::TooFewPairs:
     return "too few pairs";
   }
   return "unknown";
 }
 
-Verdict verdictOf(const AlignmentReport& report)
+Ending endingOf(const AlignmentReport& report)
 {
   const AlignmentResult& result = report.result;
   if (!result.converged) // an error has been thrown by then
-    return Verdict::TooFewPairs;
+    return Ending::TooFewPairs;
   if (isTooCoarse(report.source_points) || isTooCoarse(report.target_points))
-    return Verdict::TooCoarse;
+    return Ending::TooCoarse;
   if (degeneracyOf(result) != Degeneracy::None && !report.takes_undetermined)
-    return Verdict::Undetermined;
-  if (result.reason != Reason::Iterations)
-    return Verdict::Converged;
-  return changeOfDistance(report) > 0 ? Verdict::GotWorse : Verdict::AtLimit;
+    return Ending::Undetermined;
+  const bool at_limit = result.reason == Reason::Iterations;
+  if (at_limit && changeOfDistance(report) > 0)
+    return Ending::GotWorse;
+  const Verdict verdict = judgementOfPose(report).verdict;
+  if (verdict == Verdict::Wrong)
+    return Ending::Wrong;
+  if (verdict == Verdict::Doubtful && report.only_good)
+    return Ending::Doubtful;
+  return at_limit ? Ending::AtLimit : Ending::Converged;
 }
 
 double changeOfDistance(const AlignmentReport& report)
@@ -150,24 +161,27 @@ std::string degeneracyText(const AlignmentResult& result)
   return degeneracyOf(result) == Degeneracy::None ? "no" : "yes: " + undeterminedText(result);
 }
 
-std::string verdictText(const AlignmentReport& report)
+std::string endingText(const AlignmentReport& report)
 {
   const std::string no_answer = "no answer: ";
-  switch (verdictOf(report)) {
-  case Verdict::Converged:
+  switch (endingOf(report)) {
+  case Ending::Converged:
     return howItEnded(report);
-  case Verdict::AtLimit:
+  case Ending::AtLimit:
     return howItEnded(report) + ", before it converged";
-  case Verdict::GotWorse:
+  case Ending::GotWorse:
     return no_answer + howItEnded(report) +
            format(", farther from the target than at the guess: RMSE %.6g before, %.6g after",
                   report.result.truncated_rmse_before,
                   report.result.truncated_rmse);
-  case Verdict::Undetermined:
+  case Ending::Undetermined:
     return no_answer + "the pose is not determined: " + undeterminedText(report.result);
-  case Verdict::TooCoarse:
+  case Ending::Wrong:
+  case Ending::Doubtful:
+    return no_answer + howItEnded(report) + "; the pose is " + judgementText(judgementOfPose(report));
+  case Ending::TooCoarse:
     return no_answer + tooCoarseText(report);
-  case Verdict::TooFewPairs:
+  case Ending::TooFewPairs:
     return no_answer + tooFewPairsText(report);
   }
   return "unknown";

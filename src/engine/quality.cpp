@@ -1,0 +1,369 @@
+#include <pcl_gpu_icp/quality.h>
+
+#include "search/bulk.h"
+#include "search/surroundings.h"
+#include "symmetric_eigen.h"
+
+#include <pcl_gpu_icp/icp_loop.h>
+#include <pcl_gpu_icp/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+namespace pcl_gpu_icp {
+
+namespace {
+
+using search::foundAround;
+using search::Nearby;
+using search::Surroundings;
+using Place = std::array<double, 3>;
+
+constexpr std::size_t points_at_most = 1 << 14;
+constexpr double near = 3; // spacings
+constexpr double infinite = std::numeric_limits<double>::infinity();
+
+/// One of each stretch of the cloud, anywhere in it, so that no pattern of the cloud's order decides.
+std::vector<PlacedPoint> thinned(const Points& cloud, std::size_t most, const Place& pivot = {})
+{
+  constexpr double golden = 0.6180339887498949;
+  const std::size_t count = std::min(cloud.count, most);
+  const double stretch = static_cast<double>(cloud.count) / static_cast<double>(count);
+  std::vector<PlacedPoint> kept;
+  kept.reserve(count);
+  for (std::size_t n = 0; n < count; ++n) {
+    const double turns = golden * static_cast<double>(n);
+    const double within = count < cloud.count ? turns - std::floor(turns) : 0;
+    const auto place = static_cast<std::size_t>((static_cast<double>(n) + within) * stretch);
+    const float* point = cloud[std::min(place, cloud.count - 1)];
+    if (!takesPart(point))
+      continue;
+    PlacedPoint& placed = kept.emplace_back();
+    for (int axis = 0; axis < 3; ++axis)
+      placed.xyz[axis] = static_cast<float>(point[axis] - pivot[axis]);
+    placed.position = static_cast<std::int32_t>(kept.size() - 1);
+  }
+  return kept;
+}
+
+std::vector<Place> placesOf(const std::vector<PlacedPoint>& points, const RigidTransform& pose = {})
+{
+  std::vector<Place> places;
+  places.reserve(points.size());
+  for (const PlacedPoint& point : points)
+    places.push_back(pose(point.xyz[0], point.xyz[1], point.xyz[2]));
+  return places;
+}
+
+double share(std::size_t part, std::size_t whole)
+{
+  return whole > 0 ? static_cast<double>(part) / static_cast<double>(whole) : 0;
+}
+
+double medianOf(std::vector<double> values)
+{
+  if (values.empty())
+    return infinite;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+template <typename Found>
+std::size_t reached(const std::vector<Found>& places)
+{
+  return static_cast<std::size_t>(
+      std::count_if(places.begin(), places.end(), [](const Nearby& around) { return around.count > 0; }));
+}
+
+/// About the place that it was found around.
+struct Surface {
+  Place point, normal;
+};
+
+/// About their mean.
+SquareMatrix<3> scatterOf(const Surroundings& around)
+{
+  const auto n = static_cast<double>(around.count);
+  SquareMatrix<3> scatter{};
+  std::size_t entry = 0;
+  for (int row = 0; row < 3; ++row)
+    for (int column = 0; column <= row; ++column)
+      scatter[row][column] = scatter[column][row] =
+          around.squares[entry++] / n - around.sum[row] * around.sum[column] / (n * n);
+  return scatter;
+}
+
+/// Of a flat cloud, the curve within its plane.
+std::optional<Surface> surfaceOf(const Surroundings& around, double radius, bool flat)
+{
+  constexpr std::size_t fewest_points = 6;
+  constexpr double plainly = 4; // the ratio of variances
+  if (around.count < fewest_points)
+    return std::nullopt;
+  SquareMatrix<3> scatter = scatterOf(around);
+  const SquareMatrix<3> vectors = diagonalise(scatter);
+  std::array<int, 3> order{0, 1, 2};
+  std::sort(order.begin(), order.end(), [&](int a, int b) { return scatter[a][a] < scatter[b][b]; });
+  const int normal = order[flat ? 1 : 0], next = order[flat ? 2 : 1];
+  if (!(scatter[next][next] > plainly * scatter[normal][normal]))
+    return std::nullopt;
+  Surface surface;
+  for (int axis = 0; axis < 3; ++axis) {
+    surface.point[axis] = radius * around.sum[axis] / static_cast<double>(around.count);
+    surface.normal[axis] = vectors[axis][normal];
+  }
+  return surface;
+}
+
+/// Enough to tell shares by, and few beside what an alignment of so many does.
+std::size_t samplesOf(std::size_t points) { return std::clamp<std::size_t>(points / 4, 128, 512); }
+
+/// Some points of a cloud, and fewer of them.
+struct SampledCloud {
+  SampledCloud(const Points& all, const Place& at, unsigned threads)
+  : pivot(at)
+  , points(thinned(all, points_at_most, at))
+  , samples(thinned(viewOf(points), samplesOf(points.size())))
+  {
+    // Within three spacings of a point of a surface there are some thirty others.
+    constexpr double fewest = 10, most = 90, pi = 3.14159265358979;
+    constexpr std::size_t enough_points = 1 << 12, enough_samples = 64;
+    const auto some = thinned(viewOf(points), enough_points);
+    const auto places = placesOf(thinned(viewOf(samples), enough_samples));
+    double radius = surfaceSpacing(viewOf(some));
+    for (const bool last : {false, false, true}) {
+      std::vector<double> counts;
+      for (const Nearby& around : foundAround<Nearby>(places, some, radius, threads))
+        counts.push_back(static_cast<double>(around.count));
+      const double count = medianOf(std::move(counts));
+      spacing = radius * std::sqrt(pi / std::max(count, 1.0));
+      if (last || (count > fewest && count < most))
+        break;
+      radius = count > fewest ? near * spacing : 2 * radius;
+    }
+    spacing *= std::sqrt(share(some.size(), points.size()));
+  }
+
+  Place pivot; ///< of the points
+  std::vector<PlacedPoint> points, samples;
+  double spacing = 0;
+};
+
+/// 3, of a flat cloud 2, of a line 1: directions in which it extends by more than a tenth of its spacing.
+int dimensionsOf(const SampledCloud& cloud)
+{
+  constexpr double noticeable = 0.1;
+  const search::Bulk bulk(viewOf(cloud.points));
+  Surroundings all;
+  for (const PlacedPoint& point : cloud.points)
+    if (bulk.holds(point.xyz))
+      all.add(std::array<double, 3>{point.xyz[0], point.xyz[1], point.xyz[2]}, 0);
+  SquareMatrix<3> scatter = scatterOf(all);
+  diagonalise(scatter);
+  int dimensions = 0;
+  for (int i = 0; i < 3; ++i)
+    dimensions += std::sqrt(std::max(scatter[i][i], 0.0)) > noticeable * cloud.spacing ? 1 : 0;
+  return dimensions;
+}
+
+/// A point near the target, and the surface there.
+struct PointOnSurface {
+  Place place, normal;
+  double distance; ///< of the surface from the place along the normal, in spacings
+};
+
+/// What a few robust steps (Geman-McClure, of one spacing) of points onto planes come to, and the smallest eigenvalue
+/// of their information but for some that are of no account.
+void measureStep(const std::vector<PointOnSurface>& points, int of_no_account, Quality::Surfaces& surfaces)
+{
+  constexpr int iterations = 5;
+  constexpr double determined = 1e-3;
+  const auto n = static_cast<double>(points.size());
+  Place centre{};
+  for (const PointOnSurface& point : points)
+    for (int axis = 0; axis < 3; ++axis)
+      centre[axis] += point.place[axis] / n;
+  double square = 0;
+  for (const PointOnSurface& point : points)
+    for (int axis = 0; axis < 3; ++axis)
+      square += (point.place[axis] - centre[axis]) * (point.place[axis] - centre[axis]) / n;
+  const double radius = square > 0 ? std::sqrt(square) : 1;
+  std::array<double, 6> step{}; // turns, by what they move a point at the radius, and shifts, in spacings
+  for (int iteration = 0; iteration < iterations; ++iteration) {
+    SquareMatrix<6> information{};
+    std::array<double, 6> gradient{};
+    double weights = 0;
+    for (const PointOnSurface& point : points) {
+      const Place& normal = point.normal;
+      Place p;
+      for (int axis = 0; axis < 3; ++axis)
+        p[axis] = (point.place[axis] - centre[axis]) / radius;
+      const std::array<double, 6> jacobian{p[1] * normal[2] - p[2] * normal[1],
+                                           p[2] * normal[0] - p[0] * normal[2],
+                                           p[0] * normal[1] - p[1] * normal[0],
+                                           normal[0],
+                                           normal[1],
+                                           normal[2]};
+      double residual = -point.distance;
+      for (int i = 0; i < 6; ++i)
+        residual += jacobian[i] * step[i];
+      const double root = 1 / (1 + residual * residual), weight = root * root;
+      weights += weight;
+      for (int i = 0; i < 6; ++i) {
+        gradient[i] += weight * jacobian[i] * residual;
+        for (int j = 0; j < 6; ++j)
+          information[i][j] += weight * jacobian[i] * jacobian[j];
+      }
+    }
+    const SquareMatrix<6> motions = diagonalise(information);
+    std::array<double, 6> eigenvalues;
+    for (int k = 0; k < 6; ++k) {
+      eigenvalues[k] = information[k][k] / weights;
+      if (eigenvalues[k] < determined)
+        continue;
+      double along = 0;
+      for (int i = 0; i < 6; ++i)
+        along += motions[i][k] * gradient[i];
+      for (int i = 0; i < 6; ++i)
+        step[i] -= along / information[k][k] * motions[i][k];
+    }
+    std::sort(eigenvalues.begin(), eigenvalues.end());
+    surfaces.hold = std::max(eigenvalues[of_no_account], 0.0);
+  }
+  square = 0;
+  for (const double x : step)
+    square += x * x;
+  surfaces.pull = std::sqrt(square);
+}
+
+/// Measures one pose after another.
+class PosedPair {
+public:
+  PosedPair(const SampledCloud& source, const SampledCloud& target, unsigned threads)
+  : source_(source)
+  , target_(target)
+  , threads_(threads)
+  {
+    low_.fill(infinite);
+    high_.fill(-infinite);
+    const search::Bulk bulk(viewOf(source.points));
+    for (const PlacedPoint& point : source.points)
+      if (bulk.holds(point.xyz))
+        for (int axis = 0; axis < 3; ++axis) {
+          low_[axis] = std::min<double>(low_[axis], point.xyz[axis]);
+          high_[axis] = std::max<double>(high_[axis], point.xyz[axis]);
+        }
+  }
+
+  /// \param pose about the pivots
+  /// \param onto_target what the samples of the source, there, find of the target
+  template <typename Found>
+  Quality::Overlap overlap(const RigidTransform& pose, const std::vector<Found>& onto_target) const
+  {
+    const double radius = near * std::max(source_.spacing, target_.spacing);
+    const RigidTransform back = inverse(pose);
+    std::vector<PlacedPoint> in_view;
+    for (const PlacedPoint& point : target_.points) {
+      const Place at = back(point.xyz[0], point.xyz[1], point.xyz[2]);
+      bool inside = true;
+      for (int axis = 0; axis < 3; ++axis)
+        inside = inside && at[axis] >= low_[axis] - radius && at[axis] <= high_[axis] + radius;
+      if (inside)
+        in_view.push_back(point);
+    }
+    const auto seen = placesOf(thinned(viewOf(in_view), target_.samples.size()), back);
+    return {share(reached(onto_target), onto_target.size()),
+            share(reached(foundAround<Nearby>(seen, source_.points, radius, threads_)), seen.size())};
+  }
+
+  /// Within three spacings of the samples of the source.
+  template <typename Found>
+  std::vector<Found> ontoTarget(const std::vector<Place>& places) const
+  {
+    return foundAround<Found>(places, target_.points, near * target_.spacing, threads_);
+  }
+
+  void measure(const RigidTransform& pose, Quality& quality) const
+  {
+    const auto places = placesOf(source_.samples, pose);
+    const auto around = ontoTarget<Surroundings>(places);
+    const double source_radius = near * source_.spacing;
+    const auto of_source =
+        foundAround<Surroundings>(placesOf(source_.samples), source_.points, source_radius, threads_);
+    quality.after = overlap(pose, around);
+    std::vector<double> distances, plane_distances;
+    std::vector<PointOnSurface> held;
+    const int dimensions = dimensionsOf(source_);
+    const bool flat = dimensions < 3;
+    std::size_t close = 0, alike = 0;
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      distances.push_back(std::sqrt(around[i].nearest_sq) / target_.spacing);
+      if (around[i].count == 0)
+        continue;
+      close += distances.back() <= 1 ? 1 : 0;
+      const auto on_target = surfaceOf(around[i], near * target_.spacing, flat);
+      const auto on_source = on_target ? surfaceOf(of_source[i], source_radius, flat) : std::nullopt;
+      if (!on_source)
+        continue;
+      double cosine = 0, distance = 0;
+      for (int row = 0; row < 3; ++row) {
+        distance += on_target->normal[row] * on_target->point[row] / target_.spacing;
+        for (int column = 0; column < 3; ++column)
+          cosine += on_target->normal[row] * pose.rotation[3 * row + column] * on_source->normal[column];
+      }
+      constexpr double alike_cosine = 0.9, comparable_cosine = 0.7;
+      alike += std::abs(cosine) > alike_cosine ? 1 : 0;
+      plane_distances.push_back(std::abs(distance));
+      if (std::abs(cosine) > comparable_cosine)
+        held.push_back({places[i], on_target->normal, distance});
+    }
+    const std::size_t within = reached(around), measured = plane_distances.size();
+    quality.median_distance = medianOf(std::move(distances));
+    quality.concentration = share(close, within);
+    constexpr double enough = 0.2;
+    constexpr std::size_t fewest = 6; // a motion has so many unknowns
+    const bool has_surfaces = dimensions > 1 && share(measured, within) >= enough && measured >= fewest;
+    if (!has_surfaces && !flat)
+      return;
+    Quality::Surfaces& surfaces = quality.surfaces.emplace();
+    surfaces.share = share(measured, within);
+    if (!has_surfaces)
+      return; // nothing that would hold what is flat
+    surfaces.alike = share(alike, measured);
+    surfaces.distance = medianOf(std::move(plane_distances));
+    if (held.size() >= fewest)
+      measureStep(held, flat ? 3 : 0, surfaces);
+  }
+
+private:
+  const SampledCloud& source_;
+  const SampledCloud& target_;
+  unsigned threads_;
+  Place low_, high_; ///< the source's box
+};
+
+} // namespace
+
+Quality qualityOf(const Points& source,
+                  const Points& target,
+                  const RigidTransform& guess,
+                  const RigidTransform& pose,
+                  unsigned threads)
+{
+  threads = effectiveThreads(threads);
+  const SampledCloud from(source, search::Bulk(source).median(), threads);
+  const SampledCloud onto(target, search::Bulk(target).median(), threads);
+  Quality quality;
+  if (!(from.spacing > 0 && onto.spacing > 0))
+    return quality;
+  quality.spacing = onto.spacing;
+  const PosedPair pair(from, onto, threads);
+  const RigidTransform start = recentred(guess, from.pivot, onto.pivot);
+  quality.before = pair.overlap(start, pair.ontoTarget<Nearby>(placesOf(from.samples, start)));
+  pair.measure(recentred(pose, from.pivot, onto.pivot), quality);
+  return quality;
+}
+
+} // namespace pcl_gpu_icp

@@ -1,0 +1,83 @@
+#include "report/judgement.h"
+
+#include "report/ending.h"
+#include "report/format.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace pcl_gpu_icp::report {
+namespace {
+
+Json numberOrNull(double value) { return std::isfinite(value) ? Json(value) : Json(); }
+
+Json overlapJson(double before, double after) { return {{"before", before}, {"after", after}}; }
+
+} // namespace
+
+Judgement judgementOfPose(const AlignmentReport& report)
+{
+  Judgement judgement = report.result.quality ? judge(*report.result.quality) : Judgement{Verdict::Doubtful, {}};
+  const auto doubt = [&judgement](const std::string& reason) {
+    judgement.verdict = std::max(judgement.verdict, Verdict::Doubtful);
+    judgement.reasons.insert(judgement.reasons.begin(), reason);
+  };
+  if (degeneracyOf(report.result) != Degeneracy::None)
+    doubt("not determined: " + undeterminedText(report.result));
+  if (report.searched_guess && report.searched_guess->is_ambiguous)
+    doubt(format("two poses fit, with scores of %.2g and %.2g",
+                 report.searched_guess->score,
+                 *report.searched_guess->next_score));
+  return judgement;
+}
+
+Judgement judgementOf(const AlignmentReport& report)
+{
+  switch (endingOf(report)) {
+  case Ending::GotWorse:
+  case Ending::TooCoarse:
+  case Ending::TooFewPairs:
+    return {Verdict::Wrong, {endingText(report)}};
+  default:
+    return judgementOfPose(report);
+  }
+}
+
+std::string judgementText(const Judgement& judgement)
+{
+  std::string text = toString(judgement.verdict);
+  for (const std::string& reason : judgement.reasons)
+    text += (&reason == judgement.reasons.data() ? ": " : "; ") + reason;
+  return text;
+}
+
+std::string qualityText(const Quality& quality)
+{
+  const auto percent = [](double share) { return 100 * share; };
+  return format("near       within %.3g, three spacings: %.0f %% of the source's points, %.0f %% at the guess; of the "
+                "target's in view %.0f %%, %.0f %%\n",
+                3 * quality.spacing,
+                percent(quality.after.source),
+                percent(quality.before.source),
+                percent(quality.after.target),
+                percent(quality.before.target));
+}
+
+Json qualityJson(const Quality& quality)
+{
+  Json json{{"spacing", quality.spacing},
+            {"source_near", overlapJson(quality.before.source, quality.after.source)},
+            {"target_near", overlapJson(quality.before.target, quality.after.target)},
+            {"median_distance", numberOrNull(quality.median_distance)},
+            {"concentration", quality.concentration},
+            {"surfaces", nullptr}};
+  if (const auto& surfaces = quality.surfaces)
+    json["surfaces"] = {{"share", surfaces->share},
+                        {"alike", surfaces->alike},
+                        {"distance", numberOrNull(surfaces->distance)},
+                        {"pull", surfaces->pull},
+                        {"hold", surfaces->hold}};
+  return json;
+}
+
+} // namespace pcl_gpu_icp::report
