@@ -16,8 +16,11 @@ constexpr double closely = 0.9, closely_median = 0.4;
 constexpr double part = 0.3, part_concentration = 0.75, part_alike = 0.95, part_distance = 0.25, part_pull = 1;
 // And holds, where it is.
 constexpr double pull = 1.6, hold = 0.005;
-// It is wrong where what is near lies there as by chance.
+// Where surfaces hold so little, such as terrain seen from the air, points must be nearer to show a motion along them.
+constexpr double weak_hold = 0.012, weak_median = 0.6;
+// It is wrong where what is near lies there as by chance, unless a robust step would leave it there.
 constexpr double near_by_chance = 0.25, concentration_by_chance = 0.42, alike_by_chance = 0.4, distance_by_chance = 0.8;
+constexpr double stays_pull = 1.2, stays_alike = 0.7;
 } // namespace limits
 
 std::string text(const char* format, double value, double unit = 0)
@@ -29,6 +32,12 @@ std::string text(const char* format, double value, double unit = 0)
 
 double percent(double share) { return 100 * share; }
 
+bool stays(const Quality& quality)
+{
+  return quality.surfaces && quality.surfaces->hold >= limits::hold && quality.surfaces->alike >= limits::stays_alike &&
+         quality.surfaces->pull <= limits::stays_pull;
+}
+
 bool liesClosely(const Quality& quality)
 {
   return quality.after.source >= limits::closely && quality.median_distance <= limits::closely_median;
@@ -37,12 +46,14 @@ bool liesClosely(const Quality& quality)
 /// Why the points that are near could be so by chance.
 std::vector<std::string> chances(const Quality& quality)
 {
-  std::vector<std::string> reasons;
   if (quality.after.source < limits::near_by_chance)
-    reasons.push_back(text("only %.0f %% of the source's points are within three spacings (%.3g) of the target",
-                           percent(quality.after.source),
-                           3 * quality.spacing));
-  else if (quality.concentration < limits::concentration_by_chance)
+    return {text("only %.0f %% of the source's points are within three spacings (%.3g) of the target",
+                 percent(quality.after.source),
+                 3 * quality.spacing)};
+  std::vector<std::string> reasons;
+  if (stays(quality))
+    return reasons;
+  if (quality.concentration < limits::concentration_by_chance)
     reasons.push_back(text("the points near the target lie no closer than by chance: %.0f %% of those within three "
                            "spacings (%.3g) are within one",
                            percent(quality.concentration),
@@ -79,9 +90,10 @@ std::vector<std::string> doubts(const Quality& quality)
                            "overlap in part, or the pose is wrong",
                            percent(near),
                            3 * quality.spacing));
-  if (quality.surfaces && surfaces.hold < limits::hold)
+  const double enough_hold = quality.median_distance <= limits::weak_median ? limits::hold : limits::weak_hold;
+  if (quality.surfaces && surfaces.hold < enough_hold)
     reasons.push_back(text(
-        "the surfaces hardly hold a motion along them (%.2g of 1, where %.2g would do)", surfaces.hold, limits::hold));
+        "the surfaces hardly hold a motion along them (%.2g of 1, where %.2g would do)", surfaces.hold, enough_hold));
   if (surfaces.pull > limits::pull)
     reasons.push_back(text("a robust step from there would move the points by %.2g spacings (%.3g)",
                            surfaces.pull,

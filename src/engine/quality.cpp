@@ -118,7 +118,7 @@ std::optional<Surface> surfaceOf(const Surroundings& around, double radius, bool
 }
 
 /// Enough to tell shares by, and few beside what an alignment of so many does.
-std::size_t samplesOf(std::size_t points) { return std::clamp<std::size_t>(points / 4, 128, 512); }
+std::size_t samplesOf(std::size_t points) { return std::clamp<std::size_t>(points / 32, 160, 512); }
 
 /// Some points of a cloud, and fewer of them.
 struct SampledCloud {
@@ -129,7 +129,7 @@ struct SampledCloud {
   {
     // Within three spacings of a point of a surface there are some thirty others.
     constexpr double fewest = 10, most = 90, pi = 3.14159265358979;
-    constexpr std::size_t enough_points = 1 << 12, enough_samples = 64;
+    constexpr std::size_t enough_points = 1 << 10, enough_samples = 64;
     const auto some = thinned(viewOf(points), enough_points);
     const auto places = placesOf(thinned(viewOf(samples), enough_samples));
     double radius = surfaceSpacing(viewOf(some));

@@ -62,6 +62,7 @@ Json alignmentJson(const AlignmentReport& report)
   const Judgement judgement = judgementOf(report);
   json["verdict"] = toString(judgement.verdict);
   json["reasons"] = judgement.reasons;
+  json["advice"] = adviceFor(report);
   json["quality"] = result.quality ? qualityJson(*result.quality) : Json();
   json["ending"] = toString(ending);
   json["why"] = isAnswer(ending) ? Json() : Json(endingText(report));

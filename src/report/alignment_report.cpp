@@ -57,6 +57,8 @@ std::string toText(const AlignmentReport& report)
   std::string text = cloudText("source", report.source, report.source_points);
   text += cloudText("target", report.target, report.target_points);
   text += "verdict    " + judgementText(judgementOf(report)) + "\n";
+  for (const std::string& advice : adviceFor(report))
+    text += "try        " + advice + "\n";
   text += "result     " + endingText(report) + "\n";
   text += "device     " + result.device.name + " (" + toString(result.device.type) + ", " + result.device.platform +
           ", driver " + result.device.driver + ")\n";

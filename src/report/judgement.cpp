@@ -43,6 +43,24 @@ Judgement judgementOf(const AlignmentReport& report)
   }
 }
 
+std::vector<std::string> adviceFor(const AlignmentReport& report)
+{
+  const AlignmentResult& result = report.result;
+  std::vector<std::string> advice;
+  const Verdict verdict = judgementOf(report).verdict;
+  if (verdict == Verdict::Good || !result.quality)
+    return advice;
+  if (verdict == Verdict::Wrong && !report.searched_guess)
+    advice.push_back("--guess auto searches for where to start");
+  if (result.reason == Reason::Iterations && result.iterations == report.iteration_limit)
+    advice.push_back("--iterations allows more of them: these were the last allowed");
+  if (report.max_distance && result.inliers == result.source_points)
+    advice.push_back(format("a smaller --max-distance: %g leaves out no pair", *report.max_distance));
+  if (verdict == Verdict::Doubtful && !result.loss.weighs() && result.quality->after.source < 1)
+    advice.push_back("--loss cauchy makes points without a partner pull less");
+  return advice;
+}
+
 std::string judgementText(const Judgement& judgement)
 {
   std::string text = toString(judgement.verdict);

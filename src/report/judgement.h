@@ -6,6 +6,7 @@
 #include <pcl_gpu_icp/quality.h>
 
 #include <string>
+#include <vector>
 
 namespace pcl_gpu_icp::report {
 
@@ -14,6 +15,9 @@ Judgement judgementOfPose(const AlignmentReport& report);
 
 /// The same, and wrong where there is no answer for another reason.
 Judgement judgementOf(const AlignmentReport& report);
+
+/// What to try where the verdict is not good, by the options that were not: a sentence each.
+std::vector<std::string> adviceFor(const AlignmentReport& report);
 
 /// The verdict and its reasons, in one line.
 std::string judgementText(const Judgement& judgement);

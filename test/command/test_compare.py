@@ -20,7 +20,7 @@ class Compare(CommandTest):
     def test_json(self):
         result = json.loads(self.succeed("compare", self.source, self.target, "--json", "-"))
         self.assertEqual(set(result["stock"]), RUN_KEYS)
-        self.assertEqual(set(result["plugin"]), RUN_KEYS | {"start_ms"})
+        self.assertEqual(set(result["plugin"]), RUN_KEYS | {"start_ms", "verdict", "reasons"})
         self.assertTrue(result["agree"])
         self.assertEqual(result["tolerance"], {"degrees": 0.01, "metres": 0.001})
         for run in (result["stock"], result["plugin"]):

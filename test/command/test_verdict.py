@@ -71,6 +71,28 @@ class Verdicts(BatchTest):
         self.assertEqual(self.align(self.path("far.pcd"), self.path("target.pcd"))["verdict"], "doubtful")
         self.assertEqual(self.align(self.path("far.pcd"), self.path("target.pcd"), "--guess", "auto")["verdict"], "good")
 
+    def test_advice(self):
+        """Of what was not tried."""
+        box, target = self.pair("wrong")
+
+        def advice(*arguments):
+            return self.checked(self.run_command("align", *arguments, "--json", "-").stdout)["advice"]
+
+        self.assertEqual(advice(*self.pair("good")), [])
+        self.assertEqual(advice(*self.pair("good"), "--max-distance", "1e-9"), [])
+        search = "--guess auto searches for where to start"
+        self.assertEqual(advice(box, target), [search])
+        self.assertNotIn(search, advice(box, target, "--guess", "auto"))
+        limited = advice(box, target, "--iterations", "2", "--max-distance", "100")
+        self.assertEqual(limited, [search, "--iterations allows more of them: these were the last allowed",
+                                   "a smaller --max-distance: 100 leaves out no pair"])
+        half = self.write("half.pcd", pcd(NEAR[:len(NEAR) * 2 // 3]))
+        self.assertIn("--loss cauchy makes points without a partner pull less", advice(target, half))
+        self.assertNotIn("--loss cauchy makes points without a partner pull less",
+                         advice(target, half, "--loss", "cauchy"))
+        text = self.run_command("align", box, target).stdout
+        self.assertRegex(text, r"\nverdict    wrong: [^\n]+\ntry        --guess auto searches [^\n]+\nresult     no answer")
+
     def test_without_pairs_there_is_no_quality(self):
         source, target = self.pair("good")
         done = self.run_command("align", source, target, "--max-distance", "1e-9", "--json", "-")

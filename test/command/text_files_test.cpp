@@ -271,7 +271,7 @@ std::string resultLine(const std::string& pair = "0", const std::string& iterati
   return "{\"pair\":" + pair +
          ",\"source\":\"s\",\"target\":\"t\",\"options\":{},\"status\":\"converged\",\"transform\":"
          "[[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]],\"reason\":\"transform\",\"iterations\":" +
-         iterations + ",\"rmse\":0.5" + more + "}\n";
+         iterations + ",\"rmse\":0.5,\"verdict\":\"good\",\"reasons\":[],\"quality\":null" + more + "}\n";
 }
 
 } // namespace
@@ -290,6 +290,9 @@ TEST(Results, LinesThatAreNoneAreNamed)
                                   resultLine("1", "-1"),
                                   resultLine("1", "3", ",\"pair\":1"),
                                   resultLine("1", "3", ",\"rmse\":1e999"),
+                                  resultLine("1", "3", ",\"verdict\":\"fair\""),
+                                  resultLine("1", "3", ",\"reasons\":[1]"),
+                                  resultLine("1", "3", ",\"quality\":{}"),
                                   resultLine("1", "3", ",\"x\":\"\xFF\""),
                                   resultLine("1", "3", ",\"x\":" + std::string(50000, '[') + std::string(50000, ']')),
                                   std::string(100000, '[') + "\n",

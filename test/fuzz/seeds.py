@@ -143,7 +143,8 @@ JSON = {
 
 def result(**members):
     return json.dumps({"pair": 0, "source": "s.pcd", "target": "t.pcd", "options": {}, "status": "converged",
-                       "transform": MATRIX, "reason": "transform", "iterations": 3, "rmse": 0.5, **members}) + "\n"
+                       "transform": MATRIX, "reason": "transform", "iterations": 3, "rmse": 0.5, "verdict": "doubtful",
+                       "reasons": ["two poses fit"], "quality": {"source_near": {"before": 0.5, "after": 0.9}}, **members}) + "\n"
 
 
 RESULTS = {

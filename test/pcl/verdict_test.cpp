@@ -62,7 +62,7 @@ TEST(VerdictOfMadePairs, IsRarelyGoodForWhatIsNotAndRarelyWrongForWhatIsRight)
 {
   constexpr double right_spacings = 3;
   constexpr int repetitions = 1;
-  constexpr unsigned seed = 3; // not one that limits were set on
+  constexpr unsigned seed = 3; // the limits were set on those of others
   int good = 0, good_and_off = 0, right = 0, right_and_good = 0, right_and_wrong = 0, off = 0, off_and_wrong = 0;
   for (const made_pairs::Pair& pair : made_pairs::makePairs(scans::folder, repetitions, seed))
     for (const Metric metric : {Metric::Point, Metric::Plane}) {
