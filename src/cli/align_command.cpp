@@ -135,8 +135,9 @@ void writeFiles(Outputs& outputs,
     outputs.json->commit();
 }
 
-ExitCode align(const AlignOptions& options)
+ExitCode align(const AlignOptions& given)
 {
+  AlignOptions options = given;
   Outputs outputs = openOutputs(options);
   report::AlignmentReport report;
   report.source = options.source;
@@ -152,6 +153,7 @@ ExitCode align(const AlignOptions& options)
     print(left_out);
   const Device device = timedSelect(report.command_times, options);
   report.searched_guess = shownSearch(report.command_times, pair, options, device);
+  report.found_overlap = findOverlap(pair, options, device, nullptr, report.command_times);
   Icp icp;
   runIcp(icp, pair, options, device);
   report.result = icp.getResult();

@@ -191,6 +191,8 @@ ExitCode compare(const CompareOptions& options)
     throw Failure(
         ExitCode::Usage,
         "--loss, --motions and --degenerate keep: stock PCL has none of them, so there is nothing to compare");
+  if (options.finds_overlap)
+    throw Failure(ExitCode::Usage, "--overlap auto: stock PCL has no such search, so there is nothing to compare");
   if (options.guess && asksForSearch(*options.guess))
     throw Failure(ExitCode::Usage, "--guess auto: stock PCL has no search, so there is nothing to compare");
   std::unique_ptr<OutputFile> json;

@@ -5,6 +5,7 @@
 
 #include "report/format.h"
 
+#include <pcl_gpu_icp/overlap_search.h>
 #include <pcl_gpu_icp/pose_search.h>
 #include <pcl_gpu_icp/quality.h>
 #include <pcl_gpu_icp/search/points_of.h>
@@ -66,6 +67,30 @@ std::optional<report::SearchedGuess> searchGuess(CloudPair& pair,
                                            searched.score,
                                            *searched.next_score));
   return searched;
+}
+
+std::optional<report::FoundOverlap> findOverlap(CloudPair& pair,
+                                                AlignmentOptions& options,
+                                                const Device& device,
+                                                std::shared_ptr<DeviceShare> share,
+                                                StageTimes& times)
+{
+  if (!options.finds_overlap)
+    return std::nullopt;
+  const Stopwatch watch(times, "overlap");
+  OverlapSearch search(device);
+  search.setMotions(options.motions);
+  search.setShare(std::move(share));
+  const OverlapSearchResult found =
+      search.search(search::pointsOf(*pair.source->points), search::pointsOf(*pair.target->points), pair.guess);
+  if (found.ways == 0)
+    throw Failure(ExitCode::Input,
+                  options.source + " onto " + options.target +
+                      ": --overlap auto takes clouds of at least 10 points that are not all at one place");
+  pair.guess = found.transform;
+  if (!options.loss.weighs())
+    options.loss = {LossFunction::GemanMcClure, found.quality.spacing};
+  return report::FoundOverlap{found.quality.after.source, found.ways};
 }
 
 } // namespace pcl_gpu_icp::cli

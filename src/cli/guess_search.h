@@ -27,4 +27,15 @@ std::optional<report::SearchedGuess> searchGuess(CloudPair& pair,
                                                  StageTimes& times,
                                                  std::function<void(std::size_t done, std::size_t all)> progress = {});
 
+/// With --overlap auto: puts what OverlapSearch makes of the pair's guess in its place, and a loss of one spacing into
+/// the options that have none.
+/// \param share, times as above; the time is "overlap"
+/// \return what it came to; none where it was not asked for
+/// \throws Failure (Input) where a cloud has too few points
+std::optional<report::FoundOverlap> findOverlap(CloudPair& pair,
+                                                AlignmentOptions& options,
+                                                const Device& device,
+                                                std::shared_ptr<DeviceShare> share,
+                                                StageTimes& times);
+
 } // namespace pcl_gpu_icp::cli

@@ -132,6 +132,15 @@ void addPairOptions(CLI::App& command, AlignmentOptions& options)
           "with its scale (a distance; for gicp a number) as in cauchy:0.1; without one it follows from the median of "
           "each iteration's residuals")
       ->type_name("LOSS[:SCALE]");
+  command
+      .add_option_function<std::string>(
+          "--overlap",
+          [&options](const std::string& text) { options.finds_overlap = text == "auto"; },
+          "auto: for clouds that overlap in part, nobody knows how much: brings what they have in common onto each "
+          "other, coarse to fine, and goes on from there with a loss, --loss or geman-mcclure of one spacing of the "
+          "points")
+      ->check(CLI::Validator([](const std::string& text) { return text == "auto" ? "" : text + " is not auto"; }, ""))
+      ->type_name("auto");
   addChoice(command,
             "--motions",
             options.motions,

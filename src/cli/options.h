@@ -33,6 +33,7 @@ struct AlignmentOptions {
   Motions motions = Motions::Rigid;
   Undetermined undetermined = Undetermined::Fail;
   bool strict = false;
+  bool finds_overlap = false; ///< --overlap auto
   CorrespondenceSearch search = CorrespondenceSearch::PclKdTree;
   Pipeline pipeline = Pipeline::Fused;
   std::string device;

@@ -32,7 +32,7 @@ CloudPair PairTask::read()
 
 BatchResult PairTask::align(DeviceLane& lane)
 {
-  const AlignmentOptions& options = pair_->alignment;
+  AlignmentOptions options = pair_->alignment;
   report::AlignmentReport report;
   report.source = pair_->identity.source;
   report.target = pair_->identity.target;
@@ -41,6 +41,7 @@ BatchResult PairTask::align(DeviceLane& lane)
   CloudPair clouds = read();
   reading.reset();
   report.searched_guess = searchGuess(clouds, options, lane.device, lane.share, report.command_times);
+  report.found_overlap = findOverlap(clouds, options, lane.device, lane.share, report.command_times);
   IterativeClosestPoint<pcl::PointXYZ, pcl::PointXYZ, double> icp;
   applySettings(icp, options);
   applyPluginSettings(icp, options, lane.device);

@@ -1,18 +1,15 @@
 #include <pcl_gpu_icp/pose_search.h>
 
 #include "pose_starts.h"
-#include "search/box_tree.h"
 #include "search/bulk.h"
 #include "search/voxels.h"
+#include "thin_target.h"
 #include "two_way_score.h"
 
 #include <pcl_gpu_icp/batch_lanes.h>
 #include <pcl_gpu_icp/matcher.h>
-#include <pcl_gpu_icp/normal_estimator.h>
-#include <pcl_gpu_icp/parallel_for.h>
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <memory>
 
@@ -20,7 +17,7 @@ namespace pcl_gpu_icp {
 
 namespace {
 
-constexpr std::size_t fewest_points = 10, fewest_voxels = 4;
+constexpr std::size_t fewest_voxels = 4;
 
 std::array<double, 3> centroidOf(const std::vector<PlacedPoint>& points)
 {
@@ -36,54 +33,11 @@ std::array<double, 3> centroidOf(const std::vector<PlacedPoint>& points)
   return {sum[0] / n, sum[1] / n, sum[2] / n};
 }
 
-double distance(const std::array<double, 3>& a, const std::array<double, 3>& b)
-{
-  return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
-}
-
-/// Of the rotation between two poses, in radians.
-double angleBetween(const RigidTransform& a, const RigidTransform& b)
-{
-  double trace = 0;
-  for (int i = 0; i < 9; ++i)
-    trace += a.rotation[i] * b.rotation[i];
-  return std::acos(std::clamp((trace - 1) / 2, -1.0, 1.0));
-}
-
 /// How the poses of a round are brought nearer.
 struct Round {
   int iterations;
   double scale; ///< of the loss, in voxels
   bool to_planes;
-};
-
-/// A target on a device, and its normals where increments are to planes.
-struct RoundTarget {
-  RoundTarget(const Device& device, const ThinPair& pair, bool to_planes, const std::shared_ptr<DeviceShare>& share)
-  : tree(Matcher(device, CorrespondenceSearch::DeviceKdTree, Precision::Float).makeTarget(viewOf(pair.target)))
-  {
-    if (!to_planes)
-      return;
-    NormalEstimator estimator(device, Precision::Float);
-    estimator.setShare(share);
-    normals = estimator.estimate(viewOf(pair.target));
-  }
-
-  /// With the source of the pair.
-  std::unique_ptr<Matcher> matcherOn(const DeviceLane& lane, const ThinPair& pair) const
-  {
-    auto made = std::make_unique<Matcher>(lane.device, CorrespondenceSearch::DeviceKdTree, Precision::Float);
-    made->setShare(lane.share);
-    made->setNumberOfThreads(1);
-    made->setTarget(tree);
-    if (!normals.empty())
-      made->setTargetNormals({normals.data(), normals.size(), sizeof(normals[0])});
-    made->setSource(viewOf(pair.source));
-    return made;
-  }
-
-  std::shared_ptr<const MatchTarget> tree;
-  NormalEstimator::Normals normals;
 };
 
 void sortByScore(std::vector<PoseCandidate>& candidates)
@@ -108,14 +62,12 @@ PoseSearch::PoseSearch(const Device& device)
 
 PoseSearchResult PoseSearch::search(const Points& source, const Points& target, const RigidTransform& guess) const
 {
-  const unsigned threads = effectiveThreads(0);
-  const auto source_pivot = search::pivotOf(source), target_pivot = search::pivotOf(target);
-  const auto source_points = search::finitePoints(source, source_pivot, threads);
-  const auto target_points = search::finitePoints(target, target_pivot, threads);
+  const PlacedPair placed(source, target);
   PoseSearchResult result;
-  if (source_points.size() < fewest_points || target_points.size() < fewest_points)
+  if (!placed.hasEnough())
     return result;
-
+  const auto& source_points = placed.source_points;
+  const auto& target_points = placed.target_points;
   constexpr std::size_t coarse_points = 500, fine_points = 4000;
   const double coarse_size = search::voxelSizeFor(source_points, coarse_points);
   const double fine_size = search::voxelSizeFor(source_points, fine_points);
@@ -127,7 +79,7 @@ PoseSearchResult PoseSearch::search(const Points& source, const Points& target, 
       return result;
 
   // The starts, between the clouds about their pivots.
-  const RigidTransform start = recentred(guess, source_pivot, target_pivot);
+  const RigidTransform start = placed.aboutPivots(guess);
   const auto from = centroidOf(coarse.source), onto = centroidOf(coarse.target);
   std::vector<PoseCandidate> candidates{{start, 0}};
   for (const auto& turn : turnsOf(motions_)) {
@@ -143,7 +95,7 @@ PoseSearchResult PoseSearch::search(const Points& source, const Points& target, 
       candidates.push_back({compose(motion, start), 0});
     };
     add(from, onto);
-    const std::array<double, 3> origin{-source_pivot[0], -source_pivot[1], -source_pivot[2]};
+    const std::array<double, 3> origin{-placed.source_pivot[0], -placed.source_pivot[1], -placed.source_pivot[2]};
     const std::array<double, 3> place = start(origin[0], origin[1], origin[2]);
     if (distance(turned(from[0] - origin[0], from[1] - origin[1], from[2] - origin[2]),
                  {onto[0] - place[0], onto[1] - place[1], onto[2] - place[2]}) > 2 * coarse.voxel)
@@ -156,10 +108,10 @@ PoseSearchResult PoseSearch::search(const Points& source, const Points& target, 
   const auto groups_of = [](std::size_t count) { return (count + of_a_group - 1) / of_a_group; };
   const auto bringNearer = [&](const ThinPair& pair, const Round& round, std::size_t groups_after) {
     groups = groups_done + groups_of(candidates.size()) + groups_after;
-    const RoundTarget round_target(device_, pair, round.to_planes, share_);
+    const ThinTarget thin_target(device_, pair, round.to_planes, share_);
     const auto run = [&](DeviceLane& lane, std::size_t first) {
       if (!lane.matcher)
-        lane.matcher = round_target.matcherOn(lane, pair);
+        lane.matcher = thin_target.matcherOn(lane, pair);
       Matcher& matcher = *lane.matcher;
       const double scale = round.scale * pair.voxel;
       matcher.setLoss({LossFunction::GemanMcClure, scale});
@@ -218,9 +170,7 @@ PoseSearchResult PoseSearch::search(const Points& source, const Points& target, 
   keep(after_first, false);
   bringNearer(coarse, {10, 2, false}, groups_of(after_second));
   keep(after_second, true);
-  // Normals of a flat cloud say nothing of its outline.
-  const bool has_surfaces = motions_ != Motions::Planar && Box(fine.target).thickness() > fine.voxel;
-  bringNearer(fine, {15, 4, has_surfaces}, 0);
+  bringNearer(fine, {15, 4, hasSurfaces(fine, motions_)}, 0);
 
   TwoWayScore score(device_, fine, 4 * fine.voxel, share_);
   for (PoseCandidate& candidate : candidates)
@@ -231,9 +181,7 @@ PoseSearchResult PoseSearch::search(const Points& source, const Points& target, 
       std::remove_if(candidates.begin(), candidates.end(), [](const PoseCandidate& c) { return !(c.score > 0); }),
       candidates.end());
   for (PoseCandidate& candidate : candidates)
-    candidate.transform = recentred(candidate.transform,
-                                    {-source_pivot[0], -source_pivot[1], -source_pivot[2]},
-                                    {-target_pivot[0], -target_pivot[1], -target_pivot[2]});
+    candidate.transform = placed.betweenClouds(candidate.transform);
   result.poses = std::move(candidates);
   return result;
 }

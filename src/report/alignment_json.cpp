@@ -53,6 +53,9 @@ Json alignmentJson(const AlignmentReport& report)
   json["loss"] = lossJson(result);
   json["motions"] = toString(result.motions);
   json["searched_guess"] = guessJson(report);
+  json["overlap"] = nullptr;
+  if (const auto& overlap = report.found_overlap)
+    json["overlap"] = {{"share", overlap->share}, {"ways", overlap->ways}};
   json["search"] = toString(result.search);
   json["pipeline"] = toString(result.pipeline);
   json["device_bytes"] = result.device_bytes;

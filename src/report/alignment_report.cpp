@@ -71,6 +71,10 @@ std::string toText(const AlignmentReport& report)
                  toString(result.precision));
   if (report.searched_guess)
     text += guessText(*report.searched_guess);
+  if (report.found_overlap)
+    text += format("overlap    %.0f %% of the source, by the best of %zu ways from coarse to fine\n",
+                   100 * report.found_overlap->share,
+                   report.found_overlap->ways);
   if (!result.searched.empty())
     text += format("searched   %zu points in the first iteration, %zu in the last\n",
                    result.searched.front(),

@@ -29,6 +29,12 @@ struct SearchedGuess {
   bool is_ambiguous = false; ///< the next fits nearly as well
 };
 
+/// What a search for what the clouds have in common came to.
+struct FoundOverlap {
+  double share = 0;     ///< of the source's points, that have a partner there
+  std::size_t ways = 0; ///< that were tried
+};
+
 struct AlignmentReport {
   std::string source; ///< file names as given
   std::string target;
@@ -37,6 +43,7 @@ struct AlignmentReport {
   AlignmentResult result;
   RigidTransform transform;                    ///< source to target, in the coordinates of the files
   std::optional<SearchedGuess> searched_guess; ///< none: the guess was given
+  std::optional<FoundOverlap> found_overlap;   ///< none: it was not searched for
   std::optional<double> fitness_score;
   bool only_good = false;          ///< a doubtful pose is no answer
   bool takes_undetermined = false; ///< motions that are not determined are no reason for having no answer

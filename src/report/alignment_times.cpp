@@ -13,6 +13,7 @@ Times timesOf(const AlignmentReport& report)
   add(report.command_times, "read", "read");
   add(report.command_times, "device", "device");
   add(report.command_times, "guess", "guess");
+  add(report.command_times, "overlap", "overlap");
   for (const char* step : {"start", "tree", "normals", "pack", "search", "estimate", "quality"})
     add(report.result.host_times, step, step);
   for (const auto& [what, time] : report.result.device_times)

@@ -57,7 +57,7 @@ std::vector<std::string> adviceFor(const AlignmentReport& report)
   if (report.max_distance && result.inliers == result.source_points)
     advice.push_back(format("a smaller --max-distance: %g leaves out no pair", *report.max_distance));
   if (verdict == Verdict::Doubtful && !result.loss.weighs() && result.quality->after.source < 1)
-    advice.push_back("--loss cauchy makes points without a partner pull less");
+    advice.push_back("--overlap auto takes clouds that overlap in part");
   return advice;
 }
 

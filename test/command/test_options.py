@@ -1,7 +1,9 @@
 """Each option of align does what its help says."""
 
+import json
 import math
 import os
+import pathlib
 
 from command import INPUT, NOT_CONVERGED, USAGE, CommandTest, motion, moved, numbers, pcd, read_pcd, sampled_surface, surface
 
@@ -180,6 +182,34 @@ class Options(CommandTest):
         # A file may have that name all the same.
         given = self.align(source, target, "--guess", self.write("auto", " ".join(numbers(away))))
         self.assertLess(self.farthest(given["transform"], scene, away), 1e-3)
+
+    def test_overlap_auto(self):
+        hills = sampled_surface(3000, seed=1)
+        source = self.write("left.pcd", pcd([point for point in hills if point[0] < 0.4]))
+        right = [moved(MOTION, point) for point in sampled_surface(3000, seed=2) if point[0] > -1]
+        target = self.write("right.pcd", pcd(right))
+        plain = self.checked(self.run_command("align", source, target, "--metric", "plane", "--json", "-").stdout)
+        self.assertIsNone(plain["overlap"])
+        found = self.align(source, target, "--metric", "plane", "--overlap", "auto")
+        self.assertLess(self.farthest(found["transform"], hills), 0.1)
+        self.assertLess(self.farthest(found["transform"], hills), 0.5 * self.farthest(plain["transform"], hills))
+        self.assertAlmostEqual(found["overlap"]["share"], sum(-1 < p[0] < 0.4 for p in hills) /
+                               sum(p[0] < 0.4 for p in hills), delta=0.15)
+        self.assertEqual(found["loss"]["function"], "geman-mcclure")
+        self.assertGreater(found["times_ms"]["overlap"], 0)
+        given = self.align(source, target, "--metric", "plane", "--overlap", "auto", "--loss", "cauchy:0.05")
+        self.assertEqual(given["loss"]["function"], "cauchy")
+        text = self.succeed("align", source, target, "--overlap", "auto")
+        self.assertRegex(text, r"\noverlap    \d+ % of the source, by the best of [1-6] ways from coarse to fine\n")
+        manifest = self.write("pairs.csv", "source,target,overlap,metric\nleft.pcd,right.pcd,auto,plane\n")
+        self.succeed("batch", manifest, "-o", self.path("out"))
+        line = json.loads(pathlib.Path(self.path("out"), "results.jsonl").read_text())
+        for key in ("transform", "overlap", "loss", "verdict"):
+            self.assertEqual(line[key], found[key])
+        self.fail_with(USAGE, "align", source, target, "--overlap", "0.5", names=["--overlap", "0.5"])
+        self.fail_with(USAGE, "compare", source, target, "--overlap", "auto", names="--overlap")
+        few = self.write("few.pcd", pcd(hills[:5]))
+        self.fail_with(INPUT, "align", few, target, "--overlap", "auto", names=["few.pcd onto", "--overlap auto"])
 
     def test_guess_auto_of_what_is_symmetric(self):
         axes = range(-10, 11)

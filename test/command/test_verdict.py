@@ -87,9 +87,8 @@ class Verdicts(BatchTest):
         self.assertEqual(limited, [search, "--iterations allows more of them: these were the last allowed",
                                    "a smaller --max-distance: 100 leaves out no pair"])
         half = self.write("half.pcd", pcd(NEAR[:len(NEAR) * 2 // 3]))
-        self.assertIn("--loss cauchy makes points without a partner pull less", advice(target, half))
-        self.assertNotIn("--loss cauchy makes points without a partner pull less",
-                         advice(target, half, "--loss", "cauchy"))
+        self.assertIn("--overlap auto takes clouds that overlap in part", advice(target, half))
+        self.assertNotIn("--overlap auto takes clouds that overlap in part", advice(target, half, "--overlap", "auto"))
         text = self.run_command("align", box, target).stdout
         self.assertRegex(text, r"\nverdict    wrong: [^\n]+\ntry        --guess auto searches [^\n]+\nresult     no answer")
 
