@@ -85,7 +85,7 @@ int main(int argc, char** argv)
                                                     result.host_times.at("start").milliseconds));
       if (!lines)
         continue;
-      const auto surfaces = quality.surfaces.value_or(Quality::Surfaces());
+      const auto surfaces = quality.surfaces.value_or(SurfaceFit());
       std::fprintf(lines,
                    "%s,%s,%s,%d,%g,%zu,%g,%g,%g,%g,%g,%g,%g,%g,%g,%s,\"%s\"\n",
                    pair.kind.c_str(),

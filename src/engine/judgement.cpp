@@ -60,7 +60,7 @@ std::vector<std::string> chances(const Quality& quality)
                            3 * quality.spacing));
   if (!quality.surfaces || liesClosely(quality))
     return reasons;
-  const Quality::Surfaces& surfaces = *quality.surfaces;
+  const SurfaceFit& surfaces = *quality.surfaces;
   if (surfaces.alike < limits::alike_by_chance && !std::isinf(surfaces.distance))
     reasons.push_back(
         text("the surfaces cross: of those that are near each other %.0f %% are parallel", percent(surfaces.alike)));
@@ -77,7 +77,7 @@ std::vector<std::string> doubts(const Quality& quality)
   std::vector<std::string> reasons;
   const double near = quality.after.source;
   const bool has_surfaces = quality.surfaces && !std::isinf(quality.surfaces->distance);
-  const Quality::Surfaces surfaces = quality.surfaces.value_or(Quality::Surfaces());
+  const SurfaceFit surfaces = quality.surfaces.value_or(SurfaceFit());
   const bool as_a_whole = near >= limits::whole && quality.concentration >= limits::whole_concentration &&
                           has_surfaces && surfaces.alike >= limits::whole_alike &&
                           surfaces.distance <= limits::whole_distance;

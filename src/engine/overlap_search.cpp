@@ -89,11 +89,13 @@ OverlapSearchResult OverlapSearch::search(const Points& source, const Points& ta
   double best_fit = -1;
   for (const Way& way : ways) {
     RigidTransform pose = placed.aboutPivots(guess);
-    for (double size = way.first * lever.length; size > coarser * finest; size /= 2) {
+    double size = way.first * lever.length;
+    while (size > coarser * finest) {
       auto& level = levels[size];
       if (!level)
         level = std::make_unique<Level>(device_, ThinPair(last.pair.source, last.pair.target, size), motions_, share_);
       pose = refined(*level, pose, way.loss * size, lever);
+      size /= 2;
     }
     pose = placed.betweenClouds(refined(last, pose, finest, lever));
     const Quality quality = qualityOf(source, target, guess, pose);

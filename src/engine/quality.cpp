@@ -176,7 +176,7 @@ struct PointOnSurface {
 
 /// What a few robust steps (Geman-McClure, of one spacing) of points onto planes come to, and the smallest eigenvalue
 /// of their information but for some that are of no account.
-void measureStep(const std::vector<PointOnSurface>& points, int of_no_account, Quality::Surfaces& surfaces)
+void measureStep(const std::vector<PointOnSurface>& points, int of_no_account, SurfaceFit& surfaces)
 {
   constexpr int iterations = 5;
   constexpr double determined = 1e-3;
@@ -260,7 +260,7 @@ public:
   /// \param pose about the pivots
   /// \param onto_target what the samples of the source, there, find of the target
   template <typename Found>
-  Quality::Overlap overlap(const RigidTransform& pose, const std::vector<Found>& onto_target) const
+  OverlapShares overlap(const RigidTransform& pose, const std::vector<Found>& onto_target) const
   {
     const double radius = near * std::max(source_.spacing, target_.spacing);
     const RigidTransform back = inverse(pose);
@@ -327,7 +327,7 @@ public:
     const bool has_surfaces = dimensions > 1 && share(measured, within) >= enough && measured >= fewest;
     if (!has_surfaces && !flat)
       return;
-    Quality::Surfaces& surfaces = quality.surfaces.emplace();
+    SurfaceFit& surfaces = quality.surfaces.emplace();
     surfaces.share = share(measured, within);
     if (!has_surfaces)
       return; // nothing that would hold what is flat
