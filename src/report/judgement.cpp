@@ -48,7 +48,7 @@ std::vector<std::string> adviceFor(const AlignmentReport& report)
   const AlignmentResult& result = report.result;
   std::vector<std::string> advice;
   const Verdict verdict = judgementOf(report).verdict;
-  if (verdict == Verdict::Good || !result.quality)
+  if (verdict == Verdict::Good || !result.quality || degeneracyOf(result) != Degeneracy::None)
     return advice;
   if (verdict == Verdict::Wrong && !report.searched_guess)
     advice.push_back("--guess auto searches for where to start");

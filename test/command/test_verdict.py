@@ -80,6 +80,8 @@ class Verdicts(BatchTest):
 
         self.assertEqual(advice(*self.pair("good")), [])
         self.assertEqual(advice(*self.pair("good"), "--max-distance", "1e-9"), [])
+        spot = self.write("spot.pcd", pcd([(1.0, 2.0, 3.0)] * 50))
+        self.assertEqual(advice(spot, spot), [])
         search = "--guess auto searches for where to start"
         self.assertEqual(advice(box, target), [search])
         self.assertNotIn(search, advice(box, target, "--guess", "auto"))
