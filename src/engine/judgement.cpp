@@ -13,6 +13,8 @@ namespace limits {
 // A pose is good where the clouds lie on each other as a whole, or very closely, or plainly in part.
 constexpr double whole = 0.88, whole_concentration = 0.7, whole_alike = 0.85, whole_distance = 0.45;
 constexpr double closely = 0.9, closely_median = 0.4;
+// Scattered points that are closer than their spacing need not be in their place.
+constexpr double scattered_median = 0.1;
 constexpr double part = 0.3, part_concentration = 0.75, part_alike = 0.95, part_distance = 0.25, part_pull = 1;
 // And holds, where it is.
 constexpr double pull = 1.6, hold = 0.005;
@@ -40,19 +42,20 @@ bool stays(const Quality& quality)
 
 bool liesClosely(const Quality& quality)
 {
-  return quality.after.source >= limits::closely && quality.median_distance <= limits::closely_median;
+  return quality.after.source >= limits::closely &&
+         quality.median_distance <= (quality.surfaces ? limits::closely_median : limits::scattered_median);
 }
 
 /// Why the points that are near could be so by chance.
 std::vector<std::string> chances(const Quality& quality)
 {
+  if (stays(quality))
+    return {};
   if (quality.after.source < limits::near_by_chance)
     return {text("only %.0f %% of the source's points are within three spacings (%.3g) of the target",
                  percent(quality.after.source),
                  3 * quality.spacing)};
   std::vector<std::string> reasons;
-  if (stays(quality))
-    return reasons;
   if (quality.concentration < limits::concentration_by_chance)
     reasons.push_back(text("the points near the target lie no closer than by chance: %.0f %% of those within three "
                            "spacings (%.3g) are within one",

@@ -9,6 +9,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <cstring>
 #include <optional>
 
 namespace pcl_gpu_icp {
@@ -29,6 +31,8 @@ std::vector<PlacedPoint> thinned(const Points& cloud, std::size_t most, const Pl
 {
   constexpr double golden = 0.6180339887498949;
   const std::size_t count = std::min(cloud.count, most);
+  if (count == 0)
+    return {};
   const double stretch = static_cast<double>(cloud.count) / static_cast<double>(count);
   std::vector<PlacedPoint> kept;
   kept.reserve(count);
@@ -43,6 +47,34 @@ std::vector<PlacedPoint> thinned(const Points& cloud, std::size_t most, const Pl
     for (int axis = 0; axis < 3; ++axis)
       placed.xyz[axis] = static_cast<float>(point[axis] - pivot[axis]);
     placed.position = static_cast<std::int32_t>(kept.size() - 1);
+  }
+  return kept;
+}
+
+/// Without those that repeat another: at a pile of them there is no spacing.
+std::vector<PlacedPoint> distinct(const std::vector<PlacedPoint>& points)
+{
+  std::size_t slots = 1;
+  while (slots < 2 * points.size())
+    slots *= 2;
+  constexpr std::size_t none = ~std::size_t(0);
+  std::vector<std::size_t> kept_at(slots, none);
+  std::vector<PlacedPoint> kept;
+  kept.reserve(points.size());
+  for (const PlacedPoint& point : points) {
+    std::uint64_t hash = 0;
+    for (const float x : point.xyz) {
+      std::uint32_t bits = 0;
+      std::memcpy(&bits, &x, sizeof(bits));
+      hash = (hash ^ bits) * 0x9E3779B97F4A7C15;
+    }
+    std::size_t slot = hash >> 32 & (slots - 1);
+    while (kept_at[slot] != none && !std::equal(point.xyz, point.xyz + 3, kept[kept_at[slot]].xyz))
+      slot = (slot + 1) & (slots - 1);
+    if (kept_at[slot] != none)
+      continue;
+    kept_at[slot] = kept.size();
+    kept.push_back(point);
   }
   return kept;
 }
@@ -124,7 +156,7 @@ std::size_t samplesOf(std::size_t points) { return std::clamp<std::size_t>(point
 struct SampledCloud {
   SampledCloud(const Points& all, const Place& at, unsigned threads)
   : pivot(at)
-  , points(thinned(all, points_at_most, at))
+  , points(distinct(thinned(all, points_at_most, at)))
   , samples(thinned(viewOf(points), samplesOf(points.size())))
   {
     // Within three spacings of a point of a surface there are some thirty others.
@@ -160,6 +192,8 @@ int dimensionsOf(const SampledCloud& cloud)
   for (const PlacedPoint& point : cloud.points)
     if (bulk.holds(point.xyz))
       all.add(std::array<double, 3>{point.xyz[0], point.xyz[1], point.xyz[2]}, 0);
+  if (all.count == 0)
+    return 0;
   SquareMatrix<3> scatter = scatterOf(all);
   diagonalise(scatter);
   int dimensions = 0;
@@ -356,7 +390,8 @@ Quality qualityOf(const Points& source,
   const SampledCloud from(source, search::Bulk(source).median(), threads);
   const SampledCloud onto(target, search::Bulk(target).median(), threads);
   Quality quality;
-  if (!(from.spacing > 0 && onto.spacing > 0))
+  constexpr std::size_t fewest_points = 6; // as a surface has
+  if (!(from.spacing > 0 && onto.spacing > 0) || std::min(from.points.size(), onto.points.size()) < fewest_points)
     return quality;
   quality.spacing = onto.spacing;
   const PosedPair pair(from, onto, threads);

@@ -161,30 +161,33 @@ std::string degeneracyText(const AlignmentResult& result)
   return degeneracyOf(result) == Degeneracy::None ? "no" : "yes: " + undeterminedText(result);
 }
 
-std::string endingText(const AlignmentReport& report)
+std::string plainEndingText(const AlignmentReport& report)
 {
-  const std::string no_answer = "no answer: ";
   switch (endingOf(report)) {
   case Ending::Converged:
     return howItEnded(report);
   case Ending::AtLimit:
     return howItEnded(report) + ", before it converged";
   case Ending::GotWorse:
-    return no_answer + howItEnded(report) +
-           format(", farther from the target than at the guess: RMSE %.6g before, %.6g after",
-                  report.result.truncated_rmse_before,
-                  report.result.truncated_rmse);
+    return howItEnded(report) + format(", farther from the target than at the guess: RMSE %.6g before, %.6g after",
+                                       report.result.truncated_rmse_before,
+                                       report.result.truncated_rmse);
   case Ending::Undetermined:
-    return no_answer + "the pose is not determined: " + undeterminedText(report.result);
+    return "the pose is not determined: " + undeterminedText(report.result);
   case Ending::Wrong:
   case Ending::Doubtful:
-    return no_answer + howItEnded(report) + "; the pose is " + judgementText(judgementOfPose(report));
+    return howItEnded(report) + "; the pose is " + judgementText(judgementOfPose(report));
   case Ending::TooCoarse:
-    return no_answer + tooCoarseText(report);
+    return tooCoarseText(report);
   case Ending::TooFewPairs:
-    return no_answer + tooFewPairsText(report);
+    return tooFewPairsText(report);
   }
   return "unknown";
+}
+
+std::string endingText(const AlignmentReport& report)
+{
+  return (isAnswer(endingOf(report)) ? "" : "no answer: ") + plainEndingText(report);
 }
 
 } // namespace pcl_gpu_icp::report

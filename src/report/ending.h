@@ -37,7 +37,10 @@ std::string undeterminedText(const AlignmentResult& result);
 /// As an answer to whether there is anything of it.
 std::string degeneracyText(const AlignmentResult& result);
 
-/// How the alignment ended and, where that is no answer, why not.
+/// How the alignment ended.
+std::string plainEndingText(const AlignmentReport& report);
+
+/// The same, and whether that is an answer.
 std::string endingText(const AlignmentReport& report);
 
 } // namespace pcl_gpu_icp::report

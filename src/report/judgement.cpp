@@ -37,7 +37,7 @@ Judgement judgementOf(const AlignmentReport& report)
   case Ending::GotWorse:
   case Ending::TooCoarse:
   case Ending::TooFewPairs:
-    return {Verdict::Wrong, {endingText(report)}};
+    return {Verdict::Wrong, {plainEndingText(report)}};
   default:
     return judgementOfPose(report);
   }
@@ -47,6 +47,8 @@ std::vector<std::string> adviceFor(const AlignmentReport& report)
 {
   const AlignmentResult& result = report.result;
   std::vector<std::string> advice;
+  if (endingOf(report) == Ending::TooCoarse)
+    return {"a smaller --leaf"};
   const Verdict verdict = judgementOf(report).verdict;
   if (verdict == Verdict::Good || !result.quality || degeneracyOf(result) != Degeneracy::None)
     return advice;

@@ -82,6 +82,7 @@ class Verdicts(BatchTest):
         self.assertEqual(advice(*self.pair("good"), "--max-distance", "1e-9"), [])
         spot = self.write("spot.pcd", pcd([(1.0, 2.0, 3.0)] * 50))
         self.assertEqual(advice(spot, spot), [])
+        self.assertEqual(advice(*self.pair("good"), "--leaf", "50"), ["a smaller --leaf"])
         search = "--guess auto searches for where to start"
         self.assertEqual(advice(box, target), [search])
         self.assertNotIn(search, advice(box, target, "--guess", "auto"))
@@ -99,7 +100,7 @@ class Verdicts(BatchTest):
         done = self.run_command("align", source, target, "--max-distance", "1e-9", "--json", "-")
         result = self.checked(done.stdout)
         self.assertEqual((result["verdict"], result["quality"], result["ending"]), ("wrong", None, "too few pairs"))
-        self.assertEqual(result["reasons"], [result["why"]])
+        self.assertEqual(["no answer: " + reason for reason in result["reasons"]], [result["why"]])
 
     def test_compare_tells_the_verdict(self):
         self.assertIn("\nverdict     of pcl_gpu_icp's: good\n", self.succeed("compare", *self.pair("good")))

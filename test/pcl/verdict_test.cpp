@@ -220,6 +220,12 @@ TEST(Verdict, GoesByDistancesWhereThereAreNoSurfaces)
   EXPECT_FALSE(quality.surfaces);
   EXPECT_EQ(judge(quality).verdict, Verdict::Good);
   EXPECT_NE(verdictAsItLies(*shifted(*cloud, 0.2F, 0, 0), *cloud), Verdict::Good);
+  // All of it fits between the points of the other cloud, anywhere.
+  std::normal_distribution<float> normal(0.5F, 0.015F);
+  Cloud speck;
+  for (int i = 0; i < 2000; ++i)
+    speck.emplace_back(normal(generator), normal(generator), normal(generator));
+  EXPECT_NE(verdictAsItLies(speck, *cloud), Verdict::Good);
 }
 
 TEST(Verdict, IsTheSameInAnyUnitAndAnywhere)
@@ -252,6 +258,34 @@ TEST(Verdict, IsNotDecidedByPointsThatAreNotFiniteOrFarAway)
   EXPECT_NEAR(with.after.source, without.after.source, 0.01);
   EXPECT_NEAR(with.after.target, without.after.target, 0.02);
   EXPECT_EQ(judge(with).verdict, Verdict::Good);
+}
+
+TEST(Verdict, CountsPointsThatRepeatOthersOnce)
+{
+  const Cloud::Ptr target = scenes::hills<PointXYZ>(3000, 1), source = scenes::hills<PointXYZ>(3000, 2);
+  const Quality without = qualityAsItLies(*source, *target);
+  Cloud piled(*target), repeated;
+  for (int i = 0; i < 8000; ++i)
+    piled.emplace_back(0.0F, 0.0F, 0.0F);
+  for (int i = 0; i < 4; ++i)
+    repeated += *target;
+  for (const Cloud& cloud : {piled, repeated}) {
+    const Quality with = qualityAsItLies(*source, cloud);
+    EXPECT_NEAR(with.spacing, without.spacing, 0.35 * without.spacing); // of a part of the points
+    EXPECT_EQ(judge(with).verdict, Verdict::Good);
+  }
+}
+
+TEST(Verdict, OfAWholeOntoAPartIsNotWrong)
+{
+  const Cloud::Ptr all = scenes::hills<PointXYZ>(8000, 2), part(new Cloud);
+  for (const PointXYZ& point : *scenes::hills<PointXYZ>(8000, 1))
+    if (point.x > -1 && point.x < 0.5F && point.y > -1 && point.y < 0.5F)
+      part->push_back(point);
+  const Quality quality = qualityAsItLies(*all, *part);
+  EXPECT_LT(quality.after.source, 0.25);
+  EXPECT_NE(judge(quality).verdict, Verdict::Wrong);
+  EXPECT_EQ(verdictAsItLies(*part, *all), Verdict::Good);
 }
 
 TEST(Verdict, IsDoubtfulOfTooFewPoints)
