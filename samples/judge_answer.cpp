@@ -39,8 +39,8 @@ int main(int argc, char** argv)
   const Eigen::Affine3f guess(Eigen::AngleAxisf(3.14F, Eigen::Vector3f::UnitX()));
   if (alignFrom(icp, guess.matrix()))
     return 0;
-  const auto found = pcl_gpu_icp::PoseSearch(pcl_gpu_icp::Device::select())
-                         .search(pcl_gpu_icp::search::pointsOf(*pair.source),
-                                 pcl_gpu_icp::search::pointsOf(*pair.target));
+  const auto found =
+      pcl_gpu_icp::PoseSearch(pcl_gpu_icp::Device::select())
+          .search(pcl_gpu_icp::search::pointsOf(*pair.source), pcl_gpu_icp::search::pointsOf(*pair.target));
   return !found.poses.empty() && alignFrom(icp, pcl_gpu_icp::toMatrix(found.poses[0].transform)) ? 0 : 1;
 }
