@@ -1,7 +1,5 @@
 // What judge() says of alignments whose answer is known, as a table.
-#include "../test/pcl/made_pairs.h"
-
-#include <pcl_gpu_icp/icp.h>
+#include "../test/pcl/judged_pair.h"
 
 #include <CLI/CLI.hpp>
 
@@ -12,8 +10,6 @@
 using namespace pcl_gpu_icp;
 
 namespace {
-
-constexpr double right_spacings = 3;
 
 struct Counts {
   int verdicts[2][3] = {}; ///< whether it is right, verdict
@@ -64,20 +60,8 @@ int main(int argc, char** argv)
   std::vector<double> quality_ms, share_of_align;
   for (const made_pairs::Pair& pair : made_pairs::makePairs(scans, repetitions, seed))
     for (const Metric metric : {Metric::Point, Metric::Plane}) {
-      IterativeClosestPoint<pcl::PointXYZ, pcl::PointXYZ, double> icp;
-      icp.setCorrespondenceSearch(CorrespondenceSearch::DeviceKdTree);
-      icp.setMaximumIterations(60);
-      icp.setMetric(metric);
-      icp.setInputSource(pair.source);
-      icp.setInputTarget(pair.target);
-      icp.alignWithoutOutput(pair.guess.matrix());
-      const AlignmentResult& result = icp.getResult();
-      if (!result.quality)
-        return std::fprintf(stderr, "%s %s: %s\n", pair.kind.c_str(), pair.clouds.c_str(), result.message.c_str()), 1;
+      const auto [result, judgement, off, right] = made_pairs::judged(pair, metric);
       const Quality& quality = *result.quality;
-      const Judgement judgement = judge(quality);
-      const double off = made_pairs::errorOf(pair, Eigen::Affine3d(icp.getFinalTransformation())) / quality.spacing;
-      const bool right = pair.isRelated() && off <= right_spacings;
       kinds[pair.kind].add(right, judgement.verdict);
       all.add(right, judgement.verdict);
       quality_ms.push_back(result.host_times.at("quality").milliseconds);
@@ -120,7 +104,7 @@ int main(int argc, char** argv)
       "good, %.1f %% doubtful.\n",
       good,
       all.verdicts[0][0],
-      right_spacings,
+      made_pairs::right_spacings,
       100.0 * all.verdicts[0][0] / std::max(good, 1),
       all.of(true),
       100.0 * all.verdicts[1][0] / std::max(all.of(true), 1),

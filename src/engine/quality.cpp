@@ -1,16 +1,15 @@
 #include <pcl_gpu_icp/quality.h>
 
+#include "box.h"
+#include "sampled_cloud.h"
 #include "search/bulk.h"
 #include "search/surroundings.h"
 #include "symmetric_eigen.h"
 
-#include <pcl_gpu_icp/icp_loop.h>
 #include <pcl_gpu_icp/parallel_for.h>
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
-#include <cstring>
 #include <optional>
 
 namespace pcl_gpu_icp {
@@ -20,87 +19,6 @@ namespace {
 using search::foundAround;
 using search::Nearby;
 using search::Surroundings;
-using Place = std::array<double, 3>;
-
-constexpr std::size_t points_at_most = 1 << 14;
-constexpr double near = 3; // spacings
-constexpr double infinite = std::numeric_limits<double>::infinity();
-
-/// One of each stretch of the cloud, anywhere in it, so that no pattern of the cloud's order decides.
-std::vector<PlacedPoint> thinned(const Points& cloud, std::size_t most, const Place& pivot = {})
-{
-  constexpr double golden = 0.6180339887498949;
-  const std::size_t count = std::min(cloud.count, most);
-  if (count == 0)
-    return {};
-  const double stretch = static_cast<double>(cloud.count) / static_cast<double>(count);
-  std::vector<PlacedPoint> kept;
-  kept.reserve(count);
-  for (std::size_t n = 0; n < count; ++n) {
-    const double turns = golden * static_cast<double>(n);
-    const double within = count < cloud.count ? turns - std::floor(turns) : 0;
-    const auto place = static_cast<std::size_t>((static_cast<double>(n) + within) * stretch);
-    const float* point = cloud[std::min(place, cloud.count - 1)];
-    if (!takesPart(point))
-      continue;
-    PlacedPoint& placed = kept.emplace_back();
-    for (int axis = 0; axis < 3; ++axis)
-      placed.xyz[axis] = static_cast<float>(point[axis] - pivot[axis]);
-    placed.position = static_cast<std::int32_t>(kept.size() - 1);
-  }
-  return kept;
-}
-
-/// Without those that repeat another: at a pile of them there is no spacing.
-std::vector<PlacedPoint> distinct(const std::vector<PlacedPoint>& points)
-{
-  std::size_t slots = 1;
-  while (slots < 2 * points.size())
-    slots *= 2;
-  constexpr std::size_t none = ~std::size_t(0);
-  std::vector<std::size_t> kept_at(slots, none);
-  std::vector<PlacedPoint> kept;
-  kept.reserve(points.size());
-  for (const PlacedPoint& point : points) {
-    std::uint64_t hash = 0;
-    for (const float x : point.xyz) {
-      std::uint32_t bits = 0;
-      std::memcpy(&bits, &x, sizeof(bits));
-      hash = (hash ^ bits) * 0x9E3779B97F4A7C15;
-    }
-    std::size_t slot = hash >> 32 & (slots - 1);
-    while (kept_at[slot] != none && !std::equal(point.xyz, point.xyz + 3, kept[kept_at[slot]].xyz))
-      slot = (slot + 1) & (slots - 1);
-    if (kept_at[slot] != none)
-      continue;
-    kept_at[slot] = kept.size();
-    kept.push_back(point);
-  }
-  return kept;
-}
-
-std::vector<Place> placesOf(const std::vector<PlacedPoint>& points, const RigidTransform& pose = {})
-{
-  std::vector<Place> places;
-  places.reserve(points.size());
-  for (const PlacedPoint& point : points)
-    places.push_back(pose(point.xyz[0], point.xyz[1], point.xyz[2]));
-  return places;
-}
-
-double share(std::size_t part, std::size_t whole)
-{
-  return whole > 0 ? static_cast<double>(part) / static_cast<double>(whole) : 0;
-}
-
-double medianOf(std::vector<double> values)
-{
-  if (values.empty())
-    return infinite;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 template <typename Found>
 std::size_t reached(const std::vector<Found>& places)
@@ -148,40 +66,6 @@ std::optional<Surface> surfaceOf(const Surroundings& around, double radius, bool
   }
   return surface;
 }
-
-/// Enough to tell shares by, and few beside what an alignment of so many does.
-std::size_t samplesOf(std::size_t points) { return std::clamp<std::size_t>(points / 32, 160, 512); }
-
-/// Some points of a cloud, and fewer of them.
-struct SampledCloud {
-  SampledCloud(const Points& all, const Place& at, unsigned threads)
-  : pivot(at)
-  , points(distinct(thinned(all, points_at_most, at)))
-  , samples(thinned(viewOf(points), samplesOf(points.size())))
-  {
-    // Within three spacings of a point of a surface there are some thirty others.
-    constexpr double fewest = 10, most = 90, pi = 3.14159265358979;
-    constexpr std::size_t enough_points = 1 << 10, enough_samples = 64;
-    const auto some = thinned(viewOf(points), enough_points);
-    const auto places = placesOf(thinned(viewOf(samples), enough_samples));
-    double radius = surfaceSpacing(viewOf(some));
-    for (const bool last : {false, false, true}) {
-      std::vector<double> counts;
-      for (const Nearby& around : foundAround<Nearby>(places, some, radius, threads))
-        counts.push_back(static_cast<double>(around.count));
-      const double count = medianOf(std::move(counts));
-      spacing = radius * std::sqrt(pi / std::max(count, 1.0));
-      if (last || (count > fewest && count < most))
-        break;
-      radius = count > fewest ? near * spacing : 2 * radius;
-    }
-    spacing *= std::sqrt(share(some.size(), points.size()));
-  }
-
-  Place pivot; ///< of the points
-  std::vector<PlacedPoint> points, samples;
-  double spacing = 0;
-};
 
 /// 3, of a flat cloud 2, of a line 1: directions in which it extends by more than a tenth of its spacing.
 int dimensionsOf(const SampledCloud& cloud)
@@ -279,16 +163,8 @@ public:
   : source_(source)
   , target_(target)
   , threads_(threads)
+  , box_(source.points)
   {
-    low_.fill(infinite);
-    high_.fill(-infinite);
-    const search::Bulk bulk(viewOf(source.points));
-    for (const PlacedPoint& point : source.points)
-      if (bulk.holds(point.xyz))
-        for (int axis = 0; axis < 3; ++axis) {
-          low_[axis] = std::min<double>(low_[axis], point.xyz[axis]);
-          high_[axis] = std::max<double>(high_[axis], point.xyz[axis]);
-        }
   }
 
   /// \param pose about the pivots
@@ -296,15 +172,11 @@ public:
   template <typename Found>
   OverlapShares overlap(const RigidTransform& pose, const std::vector<Found>& onto_target) const
   {
-    const double radius = near * std::max(source_.spacing, target_.spacing);
+    const double radius = near_spacings * std::max(source_.spacing, target_.spacing);
     const RigidTransform back = inverse(pose);
     std::vector<PlacedPoint> in_view;
     for (const PlacedPoint& point : target_.points) {
-      const Place at = back(point.xyz[0], point.xyz[1], point.xyz[2]);
-      bool inside = true;
-      for (int axis = 0; axis < 3; ++axis)
-        inside = inside && at[axis] >= low_[axis] - radius && at[axis] <= high_[axis] + radius;
-      if (inside)
+      if (box_.holds(back(point.xyz[0], point.xyz[1], point.xyz[2]), radius))
         in_view.push_back(point);
     }
     const auto seen = placesOf(thinned(viewOf(in_view), target_.samples.size()), back);
@@ -316,14 +188,14 @@ public:
   template <typename Found>
   std::vector<Found> ontoTarget(const std::vector<Place>& places) const
   {
-    return foundAround<Found>(places, target_.points, near * target_.spacing, threads_);
+    return foundAround<Found>(places, target_.points, near_spacings * target_.spacing, threads_);
   }
 
   void measure(const RigidTransform& pose, Quality& quality) const
   {
     const auto places = placesOf(source_.samples, pose);
     const auto around = ontoTarget<Surroundings>(places);
-    const double source_radius = near * source_.spacing;
+    const double source_radius = near_spacings * source_.spacing;
     const auto of_source =
         foundAround<Surroundings>(placesOf(source_.samples), source_.points, source_radius, threads_);
     quality.after = overlap(pose, around);
@@ -337,7 +209,7 @@ public:
       if (around[i].count == 0)
         continue;
       close += distances.back() <= 1 ? 1 : 0;
-      const auto on_target = surfaceOf(around[i], near * target_.spacing, flat);
+      const auto on_target = surfaceOf(around[i], near_spacings * target_.spacing, flat);
       const auto on_source = on_target ? surfaceOf(of_source[i], source_radius, flat) : std::nullopt;
       if (!on_source)
         continue;
@@ -375,7 +247,7 @@ private:
   const SampledCloud& source_;
   const SampledCloud& target_;
   unsigned threads_;
-  Place low_, high_; ///< the source's box
+  Box box_; ///< around the source
 };
 
 } // namespace

@@ -1,12 +1,13 @@
 #pragma once
 
+#include "box.h"
+
 #include <pcl_gpu_icp/device.h>
 #include <pcl_gpu_icp/device_share.h>
 #include <pcl_gpu_icp/matcher.h>
 #include <pcl_gpu_icp/points.h>
 #include <pcl_gpu_icp/rigid_transform.h>
 
-#include <array>
 #include <limits>
 #include <memory>
 #include <vector>
@@ -14,15 +15,6 @@
 namespace pcl_gpu_icp {
 
 constexpr float everywhere = std::numeric_limits<float>::infinity();
-
-/// Of points, but for a few far from all others.
-struct Box {
-  explicit Box(const std::vector<PlacedPoint>& points);
-
-  double thickness() const;
-
-  std::array<double, 3> low{}, high{};
-};
 
 /// Both clouds about their pivots, thinned by voxels of one size.
 struct ThinPair {
@@ -47,7 +39,7 @@ private:
   const ThinPair* pair_;
   double scale_;
   Matcher forward_, backward_;
-  std::array<double, 3> low_{}, high_{}; ///< of the source's box
+  Box box_; ///< around the source
 };
 
 } // namespace pcl_gpu_icp
