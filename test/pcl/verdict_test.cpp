@@ -266,8 +266,8 @@ TEST(Verdict, CountsPointsThatRepeatOthersOnce)
 
 TEST(Verdict, OfAWholeOntoAPartIsNotWrong)
 {
-  const Cloud::Ptr all = scenes::hills<PointXYZ>(8000, 2), part(new Cloud);
-  for (const PointXYZ& point : *scenes::hills<PointXYZ>(8000, 1))
+  const Cloud::Ptr all = scenes::hills<PointXYZ>(8000, 2), others = scenes::hills<PointXYZ>(8000, 1), part(new Cloud);
+  for (const PointXYZ& point : *others)
     if (point.x > -1 && point.x < 0.5F && point.y > -1 && point.y < 0.5F)
       part->push_back(point);
   const Quality quality = qualityAsItLies(*all, *part);
