@@ -1,8 +1,8 @@
 #include "cli/pair_task.h"
 
 #include "cli/failure.h"
-#include "cli/guess_search.h"
 #include "cli/icp_settings.h"
+#include "cli/pair_alignment.h"
 
 #include <pcl_gpu_icp/error.h>
 #include <pcl_gpu_icp/stopwatch.h>
@@ -32,30 +32,31 @@ CloudPair PairTask::read()
 
 BatchResult PairTask::align(DeviceLane& lane)
 {
-  AlignmentOptions options = pair_->alignment;
-  report::AlignmentReport report;
+  StageTimes times;
+  std::optional<Stopwatch> total(std::in_place, times, "total");
+  std::optional<Stopwatch> reading(std::in_place, times, "read");
+  const CloudPair clouds = read();
+  reading.reset();
+  const StartSearch search(lane.device, lane.share, times);
+  const auto run = [&lane](const CloudPair& pair, const AlignmentOptions& options) {
+    IterativeClosestPoint<pcl::PointXYZ, pcl::PointXYZ, double> icp;
+    applySettings(icp, options);
+    applyPluginSettings(icp, options, lane.device);
+    icp.setInputSource(pair.source->points);
+    icp.setInputTarget(pair.target->points);
+    BatchResult result = BatchAligner::align(lane, icp, detail::toMatrix<double>(pair.guess), true);
+    requireNoError(result.alignment);
+    if (result.alignment.reason == Reason::Cancelled)
+      throw Cancelled(result.alignment.message);
+    return result;
+  };
+  report::AlignmentReport report = alignPair(clouds, pair_->alignment, search, run);
+  total.reset();
+  report.command_times = std::move(times);
   report.source = pair_->identity.source;
   report.target = pair_->identity.target;
-  std::optional<Stopwatch> total(std::in_place, report.command_times, "total");
-  std::optional<Stopwatch> reading(std::in_place, report.command_times, "read");
-  CloudPair clouds = read();
-  reading.reset();
-  report.searched_guess = searchGuess(clouds, options, lane.device, lane.share, report.command_times);
-  report.found_overlap = findOverlap(clouds, options, lane.device, lane.share, report.command_times);
-  IterativeClosestPoint<pcl::PointXYZ, pcl::PointXYZ, double> icp;
-  applySettings(icp, options);
-  applyPluginSettings(icp, options, lane.device);
-  icp.setInputSource(clouds.source->points);
-  icp.setInputTarget(clouds.target->points);
-  BatchResult result = BatchAligner::align(lane, icp, detail::toMatrix<double>(clouds.guess), true);
-  total.reset();
-
-  requireNoError(result.alignment);
-  if (result.alignment.reason == Reason::Cancelled)
-    return result;
-  report.result = result.alignment;
-  report.fitness_score = result.fitness_score;
-  describe(report, options, clouds, result.transform);
+  BatchResult result;
+  result.alignment = report.result;
   report_ = std::move(report);
   return result;
 }
