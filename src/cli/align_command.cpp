@@ -8,15 +8,18 @@
 #include "cli/live_line.h"
 #include "cli/options.h"
 #include "cli/output_file.h"
+#include "cli/shown_pair.h"
 
 #include "report/ending.h"
 #include "report/format.h"
 #include "report/matrix.h"
+#include "view/picture.h"
 
 #include <pcl_gpu_icp/device.h>
 #include <pcl_gpu_icp/icp.h>
 #include <pcl_gpu_icp/stopwatch.h>
 
+#include <iterator>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -29,6 +32,7 @@ using Icp = pcl_gpu_icp::IterativeClosestPoint<pcl::PointXYZ, pcl::PointXYZ, dou
 struct AlignOptions : AlignmentOptions {
   std::string output;
   std::string matrix;
+  std::string png;
 };
 
 /// The files to write; null where none was asked for.
@@ -36,6 +40,7 @@ struct Outputs {
   std::unique_ptr<OutputFile> cloud;
   std::unique_ptr<OutputFile> matrix;
   std::unique_ptr<OutputFile> json;
+  std::unique_ptr<OutputFile> png;
 };
 
 Outputs openOutputs(const AlignOptions& options)
@@ -45,14 +50,16 @@ Outputs openOutputs(const AlignOptions& options)
   };
   Outputs outputs{open("-o", options.output),
                   open("--matrix", options.matrix),
-                  open("--json", options.json == "-" ? "" : options.json)};
+                  open("--json", options.json == "-" ? "" : options.json),
+                  open("--png", options.png)};
   const auto refuseSame = [](const auto& a, const auto& b) {
     if (a && b && a->location() == b->location())
       throw Failure(ExitCode::Usage, a->option() + " and " + b->option() + " are the same file, " + a->path());
   };
-  refuseSame(outputs.cloud, outputs.matrix);
-  refuseSame(outputs.cloud, outputs.json);
-  refuseSame(outputs.matrix, outputs.json);
+  const std::unique_ptr<OutputFile>* const all[] = {&outputs.cloud, &outputs.matrix, &outputs.json, &outputs.png};
+  for (auto a = std::begin(all); a != std::end(all); ++a)
+    for (auto b = a + 1; b != std::end(all); ++b)
+      refuseSame(**a, **b);
   return outputs;
 }
 
@@ -113,6 +120,8 @@ std::optional<double> timedFitness(StageTimes& times, Icp& icp)
 
 void writeFiles(Outputs& outputs,
                 const Cloud& source_file,
+                const CloudPair& pair,
+                const RigidTransform& start,
                 const report::AlignmentReport& report,
                 const AlignOptions& options)
 {
@@ -126,6 +135,8 @@ void writeFiles(Outputs& outputs,
     outputs.matrix->write(report::matrixFile(report.transform));
   if (outputs.json)
     outputs.json->write(report::toJson(report));
+  if (outputs.png)
+    outputs.png->write(pictureOf(report, shownPair(pair, start, report.transform)));
   // Only now that all are on the disk may any take its name.
   if (outputs.cloud && aligned)
     outputs.cloud->commit();
@@ -133,6 +144,8 @@ void writeFiles(Outputs& outputs,
     outputs.matrix->commit();
   if (outputs.json)
     outputs.json->commit();
+  if (outputs.png)
+    outputs.png->commit();
 }
 
 ExitCode align(const AlignOptions& given)
@@ -146,6 +159,7 @@ ExitCode align(const AlignOptions& given)
 
   std::optional<Cloud> source_file;
   CloudPair pair = timedRead(report.command_times, options, source_file);
+  const RigidTransform start = pair.guess;
   if (!options.quiet)
     print(pair.warnings);
   const Warnings left_out = outputs.cloud ? checkWritable(*source_file, options.output) : Warnings();
@@ -163,7 +177,7 @@ ExitCode align(const AlignOptions& given)
 
   describe(report, options, pair, detail::toRigidTransform<double>(icp.getFinalTransformation()));
   append(report.warnings, left_out);
-  writeFiles(outputs, *source_file, report, options);
+  writeFiles(outputs, *source_file, pair, start, report, options);
   if (options.json == "-")
     writeToStandardOutput(report::toJson(report));
   else if (!options.quiet)
@@ -186,6 +200,11 @@ Run addAlign(CLI::App& command)
           [](std::string& path) { return formatOf(path) ? "" : path + " ends in neither .pcd nor .ply"; }, ""))
       ->type_name("FILE");
   command.add_option("--matrix", options->matrix, "write the transform: 4 lines of 4 numbers")->type_name("FILE");
+  command
+      .add_option("--png",
+                  options->png,
+                  "draw the clouds before and after from three sides, and the distances; also where there is no answer")
+      ->type_name("FILE");
   return [options] {
     const Interruption interruption(endAtOnce);
     return align(*options);

@@ -1,0 +1,19 @@
+#include "cli/shown_pair.h"
+
+#include <pcl_gpu_icp/search/points_of.h>
+
+namespace pcl_gpu_icp::cli {
+
+view::PairView shownPair(const CloudPair& pair, const RigidTransform& start, const RigidTransform& transform)
+{
+  constexpr std::size_t most_points = 100000; // of each cloud: a report of 5 MB
+  const auto cloud = [](const PreparedCloud& prepared) {
+    return view::Cloud{search::pointsOf(*prepared.points), prepared.origin};
+  };
+  return viewOf(cloud(*pair.source),
+                cloud(*pair.target),
+                {{"before", pair.inFileCoordinates(start)}, {"after", transform}},
+                most_points);
+}
+
+} // namespace pcl_gpu_icp::cli
