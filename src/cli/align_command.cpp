@@ -9,17 +9,19 @@
 #include "cli/options.h"
 #include "cli/output_file.h"
 #include "cli/shown_pair.h"
+#include "cli/this_run.h"
 
 #include "report/ending.h"
 #include "report/format.h"
 #include "report/matrix.h"
+#include "view/page.h"
 #include "view/picture.h"
 
 #include <pcl_gpu_icp/device.h>
 #include <pcl_gpu_icp/icp.h>
 #include <pcl_gpu_icp/stopwatch.h>
 
-#include <iterator>
+#include <array>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -41,6 +43,9 @@ struct Outputs {
   std::unique_ptr<OutputFile> matrix;
   std::unique_ptr<OutputFile> json;
   std::unique_ptr<OutputFile> png;
+  std::unique_ptr<OutputFile> page;
+
+  std::array<const std::unique_ptr<OutputFile>*, 5> all() const { return {&cloud, &matrix, &json, &png, &page}; }
 };
 
 Outputs openOutputs(const AlignOptions& options)
@@ -51,19 +56,21 @@ Outputs openOutputs(const AlignOptions& options)
   Outputs outputs{open("-o", options.output),
                   open("--matrix", options.matrix),
                   open("--json", options.json == "-" ? "" : options.json),
-                  open("--png", options.png)};
+                  open("--png", options.png),
+                  open("--report", options.report)};
   const auto refuseSame = [](const auto& a, const auto& b) {
     if (a && b && a->location() == b->location())
       throw Failure(ExitCode::Usage, a->option() + " and " + b->option() + " are the same file, " + a->path());
   };
-  const std::unique_ptr<OutputFile>* const all[] = {&outputs.cloud, &outputs.matrix, &outputs.json, &outputs.png};
-  for (auto a = std::begin(all); a != std::end(all); ++a)
-    for (auto b = a + 1; b != std::end(all); ++b)
+  const auto all = outputs.all();
+  for (auto a = all.begin(); a != all.end(); ++a)
+    for (auto b = a + 1; b != all.end(); ++b)
       refuseSame(**a, **b);
   return outputs;
 }
 
-void runIcp(Icp& icp, const CloudPair& pair, const AlignOptions& options, const Device& device)
+/// \return the error of the pairs, by iteration
+std::vector<double> runIcp(Icp& icp, const CloudPair& pair, const AlignOptions& options, const Device& device)
 {
   applySettings(icp, options);
   applyPluginSettings(icp, options, device);
@@ -71,11 +78,14 @@ void runIcp(Icp& icp, const CloudPair& pair, const AlignOptions& options, const 
   icp.setInputTarget(pair.target->points);
 
   LiveLine line(!options.quiet);
-  icp.setIterationCallback([&line](int iteration, double rmse, std::size_t searched) {
+  std::vector<double> errors;
+  icp.setIterationCallback([&](int iteration, double rmse, std::size_t searched) {
+    errors.push_back(rmse);
     line.show(report::format("iteration %d  RMSE %.6g  searched %zu points", iteration, rmse, searched));
   });
   pcl::PointCloud<pcl::PointXYZ> aligned;
   icp.align(aligned, detail::toMatrix<double>(pair.guess));
+  return errors;
 }
 
 /// \param source_file becomes the file of the source
@@ -118,34 +128,37 @@ std::optional<double> timedFitness(StageTimes& times, Icp& icp)
   return fitness < std::numeric_limits<double>::max() ? std::optional(fitness) : std::nullopt;
 }
 
-void writeFiles(Outputs& outputs,
-                const Cloud& source_file,
-                const CloudPair& pair,
-                const RigidTransform& start,
-                const report::AlignmentReport& report,
-                const AlignOptions& options)
+void writeResults(Outputs& outputs,
+                  const Cloud& source_file,
+                  const report::AlignmentReport& report,
+                  const AlignOptions& options)
 {
-  const bool aligned = isAnswer(endingOf(report));
-  if (outputs.cloud && aligned) {
-    Cloud moved = source_file;
-    transform(moved, report.transform, options.drop_zero_returns);
-    outputs.cloud->write(writeCloud(moved, *formatOf(options.output)));
+  if (isAnswer(endingOf(report))) {
+    if (outputs.cloud) {
+      Cloud moved = source_file;
+      transform(moved, report.transform, options.drop_zero_returns);
+      outputs.cloud->write(writeCloud(moved, *formatOf(options.output)));
+    }
+    if (outputs.matrix)
+      outputs.matrix->write(report::matrixFile(report.transform));
   }
-  if (outputs.matrix && aligned)
-    outputs.matrix->write(report::matrixFile(report.transform));
+  else {
+    outputs.cloud.reset();
+    outputs.matrix.reset();
+  }
   if (outputs.json)
     outputs.json->write(report::toJson(report));
+}
+
+void drawResults(Outputs& outputs,
+                 const report::AlignmentReport& report,
+                 const view::PairView& view,
+                 const std::vector<double>& errors)
+{
   if (outputs.png)
-    outputs.png->write(pictureOf(report, shownPair(pair, start, report.transform)));
-  // Only now that all are on the disk may any take its name.
-  if (outputs.cloud && aligned)
-    outputs.cloud->commit();
-  if (outputs.matrix && aligned)
-    outputs.matrix->commit();
-  if (outputs.json)
-    outputs.json->commit();
-  if (outputs.png)
-    outputs.png->commit();
+    outputs.png->write(pictureOf(report, view));
+  if (outputs.page)
+    outputs.page->write(alignmentPage(report, view, errors, thisRun()));
 }
 
 ExitCode align(const AlignOptions& given)
@@ -169,7 +182,7 @@ ExitCode align(const AlignOptions& given)
   report.searched_guess = shownSearch(report.command_times, pair, options, device);
   report.found_overlap = findOverlap(pair, options, device, nullptr, report.command_times);
   Icp icp;
-  runIcp(icp, pair, options, device);
+  const std::vector<double> errors = runIcp(icp, pair, options, device);
   report.result = icp.getResult();
   requireNoError(report.result);
   report.fitness_score = timedFitness(report.command_times, icp);
@@ -177,7 +190,14 @@ ExitCode align(const AlignOptions& given)
 
   describe(report, options, pair, detail::toRigidTransform<double>(icp.getFinalTransformation()));
   append(report.warnings, left_out);
-  writeFiles(outputs, *source_file, pair, start, report, options);
+  const bool lacks_outputs = !isAnswer(endingOf(report)) && (outputs.cloud || outputs.matrix);
+  writeResults(outputs, *source_file, report, options);
+  if (outputs.png || outputs.page)
+    drawResults(outputs, report, shownPair(pair, start, report.transform), errors);
+  // Only now that all are on the disk may any take its name.
+  for (const auto* file : outputs.all())
+    if (*file)
+      (*file)->commit();
   if (options.json == "-")
     writeToStandardOutput(report::toJson(report));
   else if (!options.quiet)
@@ -185,7 +205,7 @@ ExitCode align(const AlignOptions& given)
   if (!isAnswer(endingOf(report)))
     throw Failure(ExitCode::NotConverged,
                   options.source + " onto " + options.target + ": " + endingText(report) +
-                      (outputs.cloud || outputs.matrix ? "; -o and --matrix not written" : ""));
+                      (lacks_outputs ? "; -o and --matrix not written" : ""));
   return ExitCode::Success;
 }
 

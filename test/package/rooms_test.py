@@ -42,7 +42,7 @@ HEADER_ROOMS = {
 
 PCL_ROOMS = {"pcl", "report", "cli"}
 CL_HEADER = "src/opencl/cl.h"
-GENERATED = {"embedded_kernels.h": "opencl"}
+GENERATED = {"embedded_kernels.h": "opencl", "embedded_page.h": "view"}
 
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]', re.MULTILINE)
 

@@ -1,0 +1,25 @@
+#pragma once
+
+#include "report/alignment_report.h"
+#include "view/pair_view.h"
+
+#include <string>
+#include <vector>
+
+namespace pcl_gpu_icp::view {
+
+/// What repeats a run.
+struct Repetition {
+  std::string command;   ///< for a shell
+  std::string directory; ///< where it ran
+  std::string versions;  ///< of what it ran
+};
+
+/// An alignment as a page of HTML that needs nothing else.
+/// \param errors the root mean square distances of the pairs, by iteration
+std::string alignmentPage(const report::AlignmentReport& report,
+                          const PairView& view,
+                          const std::vector<double>& errors,
+                          const Repetition& repetition);
+
+} // namespace pcl_gpu_icp::view

@@ -1,0 +1,132 @@
+"""--report: one page that shows a result in a browser, whatever it is and whatever files are called."""
+
+import os
+import pathlib
+import unittest
+
+from browser import IS_INSTALLED, opened
+from command import NOT_CONVERGED, OUTPUT, USAGE, XYZ, CommandTest, motion, moved, pcd, sampled_surface, surface
+
+POINTS = surface()
+SOURCE = [moved(motion(3, (0.05, -0.08, 0.04)), point) for point in POINTS]
+FLOOR = [(0.1 * i, 0.1 * j, 0.0) for i in range(20) for j in range(20)]
+
+
+class ReportTest(CommandTest):
+    def setUp(self):
+        super().setUp()
+        if not IS_INSTALLED:
+            self.skipTest("chromium is not installed, or chromium-driver or python3-selenium")
+        self.page = self.path("report.html")
+
+    def cloud(self, name, points):
+        return self.write(name, pcd(points, "binary"))
+
+    def assert_sound(self, page):
+        """Nothing asked for, nothing to complain of, nothing beside the screen."""
+        self.assertEqual((page.requests(), page.console(), page.is_too_wide()), ([], [], False))
+
+
+class Alignment(ReportTest):
+    def report(self, source=SOURCE, target=POINTS, *arguments):
+        self.succeed(
+            "align", self.cloud("source.pcd", source), self.cloud("target.pcd", target), "--report", self.page, "--quiet",
+            *arguments)
+
+    def test_before_and_after_from_all_sides(self):
+        self.report()
+        with opened(self.page) as page:
+            self.assertEqual(page.text(".chip"), "good")
+            self.assertEqual(page.text("[data-id=title]"), "source.pcd onto target.pcd")
+            after = page.seen()
+            self.assertGreater(min(after["source"], after["target"]), 100)
+            page.press("b")
+            page.wait_for("document.querySelector('[data-id=time]').value == 0")
+            before = page.seen()
+            self.assertNotEqual(before["picture"], after["picture"])
+            page.press(" ")
+            page.wait_for("document.querySelector('[data-id=time]').value == 1")
+            self.assertEqual(page.seen()["picture"], after["picture"])
+            pictures = {after["picture"]}
+            for key in "123":
+                page.press(key)
+                pictures.add(page.seen()["picture"])
+            page.press("r")
+            self.assertEqual((len(pictures), page.seen()["picture"]), (4, after["picture"]))
+            page.press("d")
+            by_distance = page.seen()
+            self.assertLess(max(by_distance["source"], by_distance["target"]), 20)
+            page.press("d")
+            page.click("[data-do=before]")
+            page.wait_for("document.querySelector('[data-id=time]').value == 0")
+            self.assertEqual(page.seen()["picture"], before["picture"])
+            self.assert_sound(page)
+            for name in ("total", "align", "search"):
+                self.assertIn(name, page.text("[data-id=times]"))
+            self.assertIn(f"--report {self.page}", page.text("[data-id=command]"))
+            self.assertEqual(page.run("return run.pairs[0].errors.length"), page.run("return run.pairs[0].result.iterations"))
+
+    def test_on_a_phone(self):
+        self.report()
+        with opened(self.page, 390) as page:
+            self.assertGreater(page.seen()["source"], 100)
+            self.assert_sound(page)
+
+    def test_names_are_text(self):
+        folder = self.directory / "<script>hacked=1<"
+        folder.mkdir()
+        names = [folder / "script><!--<script>.pcd", folder / "\"'&amp;\n\\\udcff\u202e.pcd"]
+        for name, points in zip(names, (SOURCE, POINTS)):
+            name.write_bytes(pcd(points, "binary"))
+        self.succeed("align", *names, "--report", self.page, "--quiet")
+        with opened(self.page) as page:
+            self.assertEqual(
+                page.text("[data-id=title]"), "script><!--<script>.pcd onto \"'&amp;\n\\\ufffd\u202e.pcd")
+            self.assertIn("<script>hacked=1</script><!--<script>.pcd", page.text("[data-id=points]"))
+            self.assertIsNone(page.run("return window.hacked"))
+            self.assertGreater(page.seen()["source"], 100)
+            self.assert_sound(page)
+
+    def test_no_answer_undetermined_and_no_webgl(self):
+        floor = self.cloud("floor.pcd", FLOOR)
+        self.fail_with(
+            NOT_CONVERGED, "align", self.cloud("next.pcd", [(x + 0.03, y, z) for x, y, z in FLOOR]), floor, "--metric",
+            "plane", "--report", self.page, "--matrix", self.path("matrix.txt"), "--quiet")
+        self.assertFalse(os.path.exists(self.path("matrix.txt")))
+        with opened(self.page) as page:
+            self.assertIn("no answer", page.text("[data-id=reasons]"))
+            self.assertIn("not determined", page.text("[data-id=uncertainty]"))
+            self.assertGreater(page.seen()["undetermined"], 100)
+            page.press("u")
+            self.assertEqual(page.seen()["undetermined"], 0)
+            self.assert_sound(page)
+        with opened(self.page, flags=["--disable-3d-apis"]) as page:
+            self.assertIn("No 3-D view", page.text(".view"))
+            self.assertIn("--metric plane", page.text("[data-id=command]"))
+
+    def test_no_pairs(self):
+        self.fail_with(
+            NOT_CONVERGED, "align", self.cloud("far.pcd", [(x + 5e6, y, z) for x, y, z in POINTS]),
+            self.cloud("target.pcd", [*POINTS, (1e17, 0, 0)]), "--max-distance", "1", "--report", self.page, "--quiet")
+        with opened(self.page) as page:
+            self.assertEqual(page.text(".chip"), "wrong")
+            self.assert_sound(page)
+
+    def test_many_points_are_thinned(self):
+        self.report(sampled_surface(120000, 1), sampled_surface(130000, 2), "--iterations", "3", "--search", "device")
+        self.assertLess(os.path.getsize(self.page), 8e6)
+        with opened(self.page) as page:
+            self.assertIn("100,000 of 120,000 points of the source, drawn at random", page.text("[data-id=shown]"))
+            self.assertIn("100,000 of 130,000 points of the target", page.text("[data-id=shown]"))
+            self.assertGreater(page.seen()["source"], 100)
+
+    def test_nothing_is_overwritten(self):
+        source, target = self.cloud("source.pcd", SOURCE), self.cloud("target.pcd", POINTS)
+        for code, arguments in (
+                (OUTPUT, ("--report", source)), (USAGE, ("--report", self.page, "--json", self.page))):
+            self.fail_with(code, "align", source, target, *arguments, names="--report")
+        self.assertEqual(sorted(os.listdir(self.directory)), ["source.pcd", "target.pcd"])
+
+
+if __name__ == "__main__":
+    unittest.main()
