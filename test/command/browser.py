@@ -32,7 +32,7 @@ SEEN = """
     return sum;
   };
   return { source: count(0xe6, 0x9f, 0), target: count(0, 0x72, 0xb2), second: count(0xcc, 0x79, 0xa7),
-           undetermined: count(0xd5, 0x5e, 0), picture: renderer.domElement.toDataURL() };"""
+           undetermined: count(0xb3, 0x26, 0x1e), picture: renderer.domElement.toDataURL() };"""
 
 
 class Page:

@@ -174,7 +174,7 @@ function controlScene(scene, parts, pair) {
     const axes = [...uncertainty.shifts, ...uncertainty.turns_degrees];
     const free = axes.some((axis) => axis.deviation === null);
     parts['arrows-note'].textContent =
-      `Dark arrows: one standard deviation along each direction, enlarged ${short(scene.enlarged)} times.` +
+      `Dark arrows: one standard deviation along each direction, enlarged ${count(scene.enlarged)} times.` +
       (free ? ' Red arrows and rings: motions along and about them are not determined.' : '');
     if (free) actions.arrows();
   }

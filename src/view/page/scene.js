@@ -2,7 +2,7 @@
 
 // The clouds in 3-D.
 
-const COLOURS = { source: 0xe69f00, target: 0x0072b2, second: 0xcc79a7, faint: 0xaab2bb, undetermined: 0xd55e00,
+const COLOURS = { source: 0xe69f00, target: 0x0072b2, second: 0xcc79a7, faint: 0xaab2bb, undetermined: 0xb3261e,
   arrow: 0x1b1f24 };
 
 const POINT_VERTEX = `
@@ -148,12 +148,13 @@ class Scene {
       arrow(direction, length, colour);
       arrow(direction.clone().negate(), length, colour);
     };
+    const none = 1e-9 * this.radius;
     const largest = Math.max(...found.shifts.map((axis) => axis.deviation || 0));
-    this.enlarged = largest > 0 ? roundLength(0.35 * this.radius / largest) : 1;
+    this.enlarged = largest > none ? roundLength(0.35 * this.radius / largest) : 1;
     for (const axis of found.shifts) {
       const direction = new THREE.Vector3(...axis.direction);
       if (axis.deviation === null) both(direction, 0.8 * this.radius, COLOURS.undetermined);
-      else if (axis.deviation > 0) both(direction, this.enlarged * axis.deviation, COLOURS.arrow);
+      else if (axis.deviation > none) both(direction, this.enlarged * axis.deviation, COLOURS.arrow);
     }
     for (const axis of found.turns_degrees) {
       if (axis.deviation !== null) continue;
