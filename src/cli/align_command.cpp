@@ -58,14 +58,10 @@ Outputs openOutputs(const AlignOptions& options)
                   open("--json", options.json == "-" ? "" : options.json),
                   open("--png", options.png),
                   open("--report", options.report)};
-  const auto refuseSame = [](const auto& a, const auto& b) {
-    if (a && b && a->location() == b->location())
-      throw Failure(ExitCode::Usage, a->option() + " and " + b->option() + " are the same file, " + a->path());
-  };
-  const auto all = outputs.all();
-  for (auto a = all.begin(); a != all.end(); ++a)
-    for (auto b = a + 1; b != all.end(); ++b)
-      refuseSame(**a, **b);
+  std::vector<const OutputFile*> files;
+  for (const auto* file : outputs.all())
+    files.push_back(file->get());
+  requireDistinct(files);
   return outputs;
 }
 
@@ -193,7 +189,10 @@ ExitCode align(const AlignOptions& given)
   const bool lacks_outputs = !isAnswer(endingOf(report)) && (outputs.cloud || outputs.matrix);
   writeResults(outputs, *source_file, report, options);
   if (outputs.png || outputs.page)
-    drawResults(outputs, report, shownPair(pair, start, report.transform), errors);
+    drawResults(outputs,
+                report,
+                shownPair(pair, {{"before", pair.inFileCoordinates(start)}, {"after", report.transform}}),
+                errors);
   // Only now that all are on the disk may any take its name.
   for (const auto* file : outputs.all())
     if (*file)

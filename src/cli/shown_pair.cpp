@@ -4,16 +4,13 @@
 
 namespace pcl_gpu_icp::cli {
 
-view::PairView shownPair(const CloudPair& pair, const RigidTransform& start, const RigidTransform& transform)
+view::PairView shownPair(const CloudPair& pair, const std::vector<view::NamedPose>& poses)
 {
   constexpr std::size_t most_points = 100000; // of each cloud: a report of 5 MB
   const auto cloud = [](const PreparedCloud& prepared) {
     return view::Cloud{search::pointsOf(*prepared.points), prepared.origin};
   };
-  return viewOf(cloud(*pair.source),
-                cloud(*pair.target),
-                {{"before", pair.inFileCoordinates(start)}, {"after", transform}},
-                most_points);
+  return viewOf(cloud(*pair.source), cloud(*pair.target), poses, most_points);
 }
 
 } // namespace pcl_gpu_icp::cli

@@ -4,6 +4,7 @@
 #include "view/page_data.h"
 
 #include "report/alignment_json.h"
+#include "report/comparison_json.h"
 #include "report/format.h"
 
 #include <ctime>
@@ -95,6 +96,22 @@ std::vector<std::string> withPair(const std::string& last)
   return {"three.min.js", "OrbitControls.js", "chart.min.js", "page.js", "scene.js", "charts.js", "pair.js", last};
 }
 
+/// A page for one pair.
+/// \param last the script that fills it
+/// \param run what that needs beside the pair
+std::string pairPage(const char* last,
+                     Json run,
+                     const report::AlignmentReport& report,
+                     const PairView& view,
+                     const std::vector<double>& errors,
+                     const Repetition& repetition)
+{
+  PageData data;
+  run["pairs"] = {data.pairJson(view, alignmentJson(report), nearOf(report.result), errors)};
+  run["repeat"] = repeatJson(repetition, report.result.device, factsOf(report));
+  return page(embedded("pair.html"), data.html(run), scripts(withPair(last)));
+}
+
 } // namespace
 
 std::string alignmentPage(const report::AlignmentReport& report,
@@ -102,11 +119,16 @@ std::string alignmentPage(const report::AlignmentReport& report,
                           const std::vector<double>& errors,
                           const Repetition& repetition)
 {
-  PageData data;
-  Json run;
-  run["pairs"] = {data.pairJson(view, alignmentJson(report), nearOf(report.result), errors)};
-  run["repeat"] = repeatJson(repetition, report.result.device, factsOf(report));
-  return page(embedded("pair.html"), data.html(run), scripts(withPair("align.js")));
+  return pairPage("align.js", {}, report, view, errors, repetition);
+}
+
+std::string comparisonPage(const report::ComparisonReport& report,
+                           const report::AlignmentReport& ours,
+                           const PairView& view,
+                           const std::vector<double>& errors,
+                           const Repetition& repetition)
+{
+  return pairPage("compare.js", {{"comparison", comparisonJson(report)}}, ours, view, errors, repetition);
 }
 
 } // namespace pcl_gpu_icp::view

@@ -128,5 +128,36 @@ class Alignment(ReportTest):
         self.assertEqual(sorted(os.listdir(self.directory)), ["source.pcd", "target.pcd"])
 
 
+class Comparison(ReportTest):
+    def test_both_results(self):
+        self.succeed(
+            "compare", self.cloud("source.pcd", SOURCE), self.cloud("target.pcd", POINTS), "--report", self.page, "--quiet")
+        with opened(self.page) as page:
+            self.assertIn("The transforms differ by", page.text("[data-id=comparison-note]"))
+            both = page.seen()
+            page.press("b")
+            page.wait_for("document.querySelector('[data-id=time]').value == 0")
+            self.assertGreater(page.seen()["target"], 100)
+            page.press("a")
+            page.wait_for("document.querySelector('[data-id=time]').value == 1")
+            for choice, colour, other in ((1, "source", "second"), (2, "second", "source")):
+                page.click(f"[data-id=results] button:nth-child({choice})")
+                alone = page.seen()
+                self.assertEqual(alone[other], 0)
+                self.assertGreater(alone[colour], 100)
+                self.assertNotEqual(alone["picture"], both["picture"])
+            self.assert_sound(page)
+
+    def test_without_an_answer_of_stock(self):
+        done = self.run_command(
+            "compare", self.cloud("source.pcd", SOURCE), self.cloud("target.pcd", POINTS), "--stock-limit", "0.000001",
+            "--report", self.page, "--quiet")
+        self.assertEqual(done.returncode, NOT_CONVERGED, done)
+        with opened(self.page) as page:
+            self.assertIn("Stock PCL has no answer: ", page.text("[data-id=comparison-note]"))
+            self.assertGreater(page.seen()["source"], 100)
+            self.assert_sound(page)
+
+
 if __name__ == "__main__":
     unittest.main()

@@ -8,10 +8,11 @@ const PARENTS = { total: null, align: 'total', read: 'total', device: 'total', g
 
 /** Bars one below the other, each beginning where the one before at its depth ends, within the one it is part of. */
 function fillTimes(root, times) {
+  const whole = times.total ? 'total' : 'align';
   const parentOf = (name) => (name.startsWith('device_') ? 'search' : PARENTS[name] === undefined ? 'total' : PARENTS[name]);
   const add = (name, start, depth) => {
     const deep = `deep-${depth}`;
-    const bar = element('i', { style: `left:${100 * start / times.total}%;width:${100 * times[name] / times.total}%` });
+    const bar = element('i', { style: `left:${100 * start / times[whole]}%;width:${100 * times[name] / times[whole]}%` });
     root.append(
       element('span', { class: deep }, name.replace('device_', 'device: ')), element('div', { class: `track ${deep}` }, bar),
       element('span', { class: 'milliseconds' }, milliseconds(times[name])));
@@ -22,8 +23,7 @@ function fillTimes(root, times) {
         at += times[part];
       }
   };
-  // In the order of the run: what the device's times belong to is before the whole of it.
-  if (times.total) add('total', 0, 0);
+  add(whole, 0, 0);
 }
 
 function fillUncertainty(parts, result) {
