@@ -14,7 +14,7 @@
 #include "report/ending.h"
 #include "report/format.h"
 #include "report/matrix.h"
-#include "view/page.h"
+#include "view/pair_page.h"
 #include "view/picture.h"
 
 #include <pcl_gpu_icp/device.h>

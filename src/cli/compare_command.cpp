@@ -12,7 +12,7 @@
 #include "report/comparison_report.h"
 #include "report/ending.h"
 #include "report/judgement.h"
-#include "view/page.h"
+#include "view/pair_page.h"
 
 #include <pcl_gpu_icp/device.h>
 #include <pcl_gpu_icp/icp.h>

@@ -3,6 +3,7 @@
 #include "cli/failure.h"
 #include "cli/guess_search.h"
 #include "cli/icp_settings.h"
+#include "cli/shown_pair.h"
 
 #include <pcl_gpu_icp/error.h>
 #include <pcl_gpu_icp/stopwatch.h>
@@ -39,6 +40,7 @@ BatchResult PairTask::align(DeviceLane& lane)
   std::optional<Stopwatch> total(std::in_place, report.command_times, "total");
   std::optional<Stopwatch> reading(std::in_place, report.command_times, "read");
   CloudPair clouds = read();
+  const RigidTransform start = clouds.guess;
   reading.reset();
   report.searched_guess = searchGuess(clouds, options, lane.device, lane.share, report.command_times);
   report.found_overlap = findOverlap(clouds, options, lane.device, lane.share, report.command_times);
@@ -47,6 +49,8 @@ BatchResult PairTask::align(DeviceLane& lane)
   applyPluginSettings(icp, options, lane.device);
   icp.setInputSource(clouds.source->points);
   icp.setInputTarget(clouds.target->points);
+  std::vector<double> errors;
+  icp.setIterationCallback([&errors](int, double rmse, std::size_t) { errors.push_back(rmse); });
   BatchResult result = BatchAligner::align(lane, icp, detail::toMatrix<double>(clouds.guess), true);
   total.reset();
 
@@ -56,6 +60,11 @@ BatchResult PairTask::align(DeviceLane& lane)
   report.result = result.alignment;
   report.fitness_score = result.fitness_score;
   describe(report, options, clouds, result.transform);
+  if (shown_points_ > 0)
+    shown_ = {
+        pair_->identity.pair,
+        shownPair(clouds, {{"before", clouds.inFileCoordinates(start)}, {"after", report.transform}}, shown_points_),
+        std::move(errors)};
   report_ = std::move(report);
   return result;
 }

@@ -4,9 +4,8 @@
 
 namespace pcl_gpu_icp::cli {
 
-view::PairView shownPair(const CloudPair& pair, const std::vector<view::NamedPose>& poses)
+view::PairView shownPair(const CloudPair& pair, const std::vector<view::NamedPose>& poses, std::size_t most_points)
 {
-  constexpr std::size_t most_points = 100000; // of each cloud: a report of 5 MB
   const auto cloud = [](const PreparedCloud& prepared) {
     return view::Cloud{search::pointsOf(*prepared.points), prepared.origin};
   };

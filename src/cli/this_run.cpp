@@ -1,42 +1,39 @@
 #include "cli/this_run.h"
 
+#include "cli/input_file.h"
+
 #include "report/format.h"
+#include "view/text.h"
 
 #include <pcl_gpu_icp/version.h>
 
 #include <pcl/pcl_config.h>
 
-#include <algorithm>
-#include <cctype>
-#include <cstring>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 
 namespace pcl_gpu_icp::cli {
 namespace {
 
-/// In quotes where a shell would not take it as it is.
-std::string shellWord(const std::string& argument)
+/// As a shell takes it, with escapes for what cannot be shown.
+std::string escaped(const std::string& argument)
 {
-  const auto isPlain = [](char c) {
-    return std::isalnum(static_cast<unsigned char>(c)) || std::strchr("-_./=:,+@%", c);
-  };
-  const auto isPrintable = [](char c) { return c >= ' ' && c <= '~'; };
-  if (!argument.empty() && std::all_of(argument.begin(), argument.end(), isPlain))
-    return argument;
-  const bool printable = std::all_of(argument.begin(), argument.end(), isPrintable);
-  std::string text = printable ? "'" : "$'";
+  std::string text = "$'";
   for (const char c : argument)
-    if (!isPrintable(c))
+    if (c < ' ' || c > '~')
       text += report::format("\\%03o", static_cast<unsigned>(static_cast<unsigned char>(c)));
-    else if (c == '\'')
-      text += printable ? "'\\''" : "\\'";
-    else if (c == '\\' && !printable)
-      text += "\\\\";
     else
-      text += c;
+      text += (c == '\'' || c == '\\' ? "\\" : "") + std::string(1, c);
   return text + "'";
+}
+
+std::string argumentText(const std::string& argument)
+{
+  if (view::lineOf(argument) != argument)
+    return escaped(argument);
+  const std::size_t dashes = std::min(argument.find_first_not_of('-'), argument.size());
+  const std::string rest = argument.substr(dashes);
+  return !rest.empty() && shellWord(rest) == rest ? argument : shellWord(argument);
 }
 
 } // namespace
@@ -46,7 +43,7 @@ view::Repetition thisRun()
   std::ifstream file("/proc/self/cmdline", std::ios::binary);
   std::string line;
   for (std::string argument; std::getline(file, argument, '\0');)
-    line += (line.empty() ? "" : " ") + shellWord(argument);
+    line += (line.empty() ? "" : " ") + argumentText(argument);
   std::error_code error;
   return {line,
           std::filesystem::current_path(error).string(),

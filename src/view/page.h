@@ -1,8 +1,9 @@
 #pragma once
 
-#include "report/alignment_report.h"
-#include "report/comparison_report.h"
-#include "view/pair_view.h"
+#include "report/json.h"
+#include "view/page_data.h"
+
+#include <pcl_gpu_icp/device.h>
 
 #include <string>
 #include <vector>
@@ -16,20 +17,19 @@ struct Repetition {
   std::string versions;  ///< of what it ran
 };
 
-/// An alignment as a page of HTML that needs nothing else.
-/// \param errors the root mean square distances of the pairs, by iteration
-std::string alignmentPage(const report::AlignmentReport& report,
-                          const PairView& view,
-                          const std::vector<double>& errors,
-                          const Repetition& repetition);
+/// The same for a page.
+/// \param settings what there is to be known beside the command line
+report::Json
+repeatJson(const Repetition& repetition, const std::vector<DeviceInfo>& devices, const report::Json& settings);
 
-/// A comparison, so too.
-/// \param ours the library's run
-/// \param view where the source lay, where the library put it and, where it has an answer, stock PCL
-std::string comparisonPage(const report::ComparisonReport& report,
-                           const report::AlignmentReport& ours,
-                           const PairView& view,
-                           const std::vector<double>& errors,
-                           const Repetition& repetition);
+/// The scripts, one after the other, that showPair() takes.
+std::vector<std::string> pairScripts();
+
+/// A page of HTML that needs nothing else. Its parts are named as the files in page/ and those embedded with them.
+/// \param run what the scripts know as `run`
+std::string pageOf(const std::vector<std::string>& templates,
+                   const PageData& data,
+                   const report::Json& run,
+                   const std::vector<std::string>& scripts);
 
 } // namespace pcl_gpu_icp::view

@@ -69,7 +69,7 @@ std::string PageData::add(const std::vector<float>& numbers)
   return name;
 }
 
-Json PageData::pairJson(const PairView& view, const Json& result, double near, const std::vector<double>& errors)
+Json PageData::pairJson(const PairView& view, const Json& result, const std::vector<double>& errors)
 {
   Json poses = Json::array();
   for (const ShownPose& pose : view.poses)
@@ -82,8 +82,7 @@ Json PageData::pairJson(const PairView& view, const Json& result, double near, c
           {"poses", poses},
           {"box", boxJson(view)},
           {"histogram", histogramJson(histogramOf(view))},
-          {"near", near},
-          {"errors", errors}};
+          {"errors", add({errors.begin(), errors.end()})}};
 }
 
 std::string PageData::html(const Json& run) const

@@ -17,10 +17,8 @@ public:
 
   /// Adds the clouds of a view.
   /// \param result as `--json` has it
-  /// \param near how far a point may be from the target to count as near it; 0: not known
   /// \param errors of the pairs, by iteration
-  report::Json
-  pairJson(const PairView& view, const report::Json& result, double near, const std::vector<double>& errors);
+  report::Json pairJson(const PairView& view, const report::Json& result, const std::vector<double>& errors);
 
   /// The elements of the page that hold it all.
   std::string html(const report::Json& run) const;

@@ -4,6 +4,7 @@ import os
 import pathlib
 import unittest
 
+from batches import BatchTest
 from browser import IS_INSTALLED, opened
 from command import NOT_CONVERGED, OUTPUT, USAGE, XYZ, CommandTest, motion, moved, pcd, sampled_surface, surface
 
@@ -64,7 +65,7 @@ class Alignment(ReportTest):
             for name in ("total", "align", "search"):
                 self.assertIn(name, page.text("[data-id=times]"))
             self.assertIn(f"--report {self.page}", page.text("[data-id=command]"))
-            self.assertEqual(page.run("return run.pairs[0].errors.length"), page.run("return run.pairs[0].result.iterations"))
+            self.assertEqual(page.run("return floats(run.pairs[0].errors).length"), page.run("return run.pairs[0].result.iterations"))
 
     def test_on_a_phone(self):
         self.report()
@@ -157,6 +158,61 @@ class Comparison(ReportTest):
             self.assertIn("Stock PCL has no answer: ", page.text("[data-id=comparison-note]"))
             self.assertGreater(page.seen()["source"], 100)
             self.assert_sound(page)
+
+
+class Batch(ReportTest, BatchTest):
+    def column(self, page, number):
+        return page.run(f"""return [...document.querySelectorAll('.pairs tbody td:nth-child({number})')]
+                                .map((cell) => cell.textContent)""")
+
+    def test_the_worst_first_and_each_pair(self):
+        box = [tuple(face if i == axis else (a, b)[i - (i > axis)] for i in range(3))
+               for axis in range(3) for face in (-6, 6) for a in range(-6, 7, 2) for b in range(-6, 7, 2)]
+        self.cloud("box.pcd", box)
+        rows = self.pairs(12) + [("box.pcd", "scan_0.pcd"), ("<img src=x onerror=hacked=1>.pcd", "scan_0.pcd")]
+        self.batch(self.manifest(rows), "--report", self.page, "--quiet", code=NOT_CONVERGED)
+        self.assertLess(os.path.getsize(self.page), 8e6)
+        with opened(self.page) as page:
+            self.assertEqual(self.column(page, 2)[:2], ["13", "12"])
+            self.assertEqual(self.column(page, 3)[:3], ["failed", "wrong", "good"])
+            self.assertEqual(self.column(page, 4)[0], rows[13][0])
+            self.assertIsNone(page.run("return window.hacked"))
+            page.click(".pairs thead th:nth-child(2)")
+            self.assertEqual(self.column(page, 2), [str(i) for i in range(10)])
+            page.click(".pairs thead th:nth-child(2)")
+            self.assertEqual(self.column(page, 2), [str(i) for i in range(13, 3, -1)])
+            page.run("$('.pairs').DataTable().search('wrong').draw()")
+            self.assertEqual(self.column(page, 2), ["12"])
+            page.run("$('.pairs').DataTable().search('').draw()")
+            for pair in (5, 4, 12, 7, 5):  # one view after the other, in the place of the one before
+                page.run(f"document.querySelector('.pairs tr[data-pair=\"{pair}\"]').click()")
+                self.assertEqual(
+                    page.text("article [data-id=title]"), f"{rows[pair][0]} onto {rows[pair][1]}")
+                self.assertGreater(page.seen()["source"], 20)
+            page.run("document.querySelector('.pairs tr[data-pair=\"13\"]').click()")
+            self.assertIn("No such file", page.text("[data-id=chosen]"))
+            self.assert_sound(page)
+        with opened(self.page, 390) as page:
+            self.assert_sound(page)
+
+    def test_trajectory_resume_and_many_pairs(self):
+        self.scans(4)
+        pattern = self.path("scan_*.pcd")
+        self.batch("--sequence", pattern, "--quiet")
+        for arguments, shown in (("--resume",), 0), (("--force",), 3):
+            self.batch("--sequence", pattern, "--report", self.page, "--quiet", *arguments)
+            with opened(self.page) as page:
+                self.assertEqual(page.run("return run.trajectory.length"), 4)
+                self.assertIn("4 of 4 scans", page.text("[data-id=trajectory-note]"))
+                self.assertIn(f"{shown} of 3 pairs have their clouds here", page.text("[data-id=pairs-note]"))
+                self.assert_sound(page)
+
+    def test_nothing_of_a_batch_is_overwritten(self):
+        manifest = self.manifest(self.pairs(1))
+        self.fail_with(OUTPUT, "batch", manifest, "-o", self.path("out"), "--report", manifest, names="--report")
+        self.fail_with(
+            USAGE, "batch", manifest, "-o", self.path("out"), "--report", self.path("out/summary.json"),
+            names="--report")
 
 
 if __name__ == "__main__":

@@ -33,9 +33,10 @@ function drawHistogram(canvas, pair) {
     data: edges.map((x, i) => ({ x, y: (i < bins.length ? bins[i] : bins[i - 1]) / all })),
     stepped: 'before', fill: 'origin', borderWidth: 1.5,
     borderColor: POSE_COLOURS[pose], backgroundColor: `${POSE_COLOURS[pose]}40` }));
-  if (pair.near > edges[0] && pair.near < edges[edges.length - 1])
-    sets.push({ label: `near: three spacings, ${short(pair.near)}`, borderColor: INK, borderDash: [6, 5], borderWidth: 1.5,
-      backgroundColor: '#ffffff', data: [{ x: pair.near, y: 0 }, { x: pair.near, y: top }] });
+  const near = pair.result.quality ? 3 * pair.result.quality.spacing : 0;
+  if (near > edges[0] && near < edges[edges.length - 1])
+    sets.push({ label: `near: three spacings, ${short(near)}`, borderColor: INK, borderDash: [6, 5], borderWidth: 1.5,
+      backgroundColor: '#ffffff', data: [{ x: near, y: 0 }, { x: near, y: top }] });
   return new Chart(canvas, {
     type: 'line',
     data: { datasets: sets },
@@ -51,7 +52,7 @@ function drawHistogram(canvas, pair) {
 function drawIterations(canvas, errors, searched) {
   const line = (label, values, axis, colour) => ({
     label, yAxisID: axis, borderColor: colour, backgroundColor: colour, borderWidth: 2,
-    data: values.map((y, i) => ({ x: i + 1, y })), pointRadius: values.length < 40 ? 2.5 : 0 });
+    data: Array.from(values, (y, i) => ({ x: i + 1, y })), pointRadius: values.length < 40 ? 2.5 : 0 });
   const sets = [line('RMSE of the pairs', errors, 'error', POSE_COLOURS[1])];
   const scales = {
     x: { type: 'linear', min: 1, max: Math.max(2, errors.length), grid: { color: RULE }, ticks: { precision: 0 },

@@ -194,16 +194,16 @@ function controlScene(scene, parts, pair) {
   };
 }
 
-/** @return what in the page shows it, and what it does with a key */
-function showPair(pair) {
+/** @return what in the page shows it, what it does with a key, and how to remove it */
+function showPair(pair, root = document.getElementById('main')) {
   const parts = instance('pair');
   const { result } = pair;
-  document.getElementById('main').append(parts.root);
+  root.append(parts.root);
   fillHeader(parts, pair);
   parts.shown.textContent = `${shownText(pair)}`;
-  let onKey = () => {};
+  let onKey = () => {}, scene = null;
   try {
-    const scene = new Scene(parts.view, parts.axes);
+    scene = new Scene(parts.view, parts.axes);
     scene.show(pair);
     parts.shown.textContent += ` A square of the grid is ${short(scene.square)} wide.`;
     onKey = controlScene(scene, parts, pair);
@@ -211,9 +211,10 @@ function showPair(pair) {
   } catch (error) {
     parts.view.append(element('p', { class: 'failed' }, `No 3-D view: ${error.message}`));
   }
-  drawHistogram(parts.histogram, pair);
-  if (pair.errors.length) {
-    drawIterations(parts.iterations, pair.errors, result.searched || []);
+  const charts = [drawHistogram(parts.histogram, pair)];
+  const errors = floats(pair.errors);
+  if (errors.length) {
+    charts.push(drawIterations(parts.iterations, errors, result.searched || []));
     parts['iterations-note'].textContent = 'Points searched for: those whose match could have changed.';
   } else parts['iterations-card'].hidden = true;
   const matrix = result.transform.map((row) => row.map((value) => value.toFixed(10).padStart(16)).join(' ')).join('\n');
@@ -227,5 +228,10 @@ function showPair(pair) {
     button.addEventListener('click', () =>
       copyText(button, button.dataset.copy === 'command' ? run.repeat.command
         : result.transform.map((row) => row.join(' ')).join('\n')));
-  return { parts, onKey };
+  const close = () => {
+    if (scene) scene.close();
+    for (const chart of charts) chart.destroy();
+    parts.root.remove();
+  };
+  return { parts, onKey, close };
 }

@@ -84,13 +84,12 @@ class Scene {
     this.controls = new THREE.OrbitControls(this.camera, this.renderer.domElement);
     this.controls.enableKeys = false;
     this.controls.addEventListener('change', () => this.draw());
-    new ResizeObserver(() => this.resize()).observe(view);
+    this.resizes = new ResizeObserver(() => this.resize());
+    this.resizes.observe(view);
   }
 
   /** @param pair as in the data of the page */
   show(pair) {
-    for (const name of ['world', 'grid', 'uncertainty'])
-      if (this[name]) this[name].traverse((part) => { if (part.geometry) part.geometry.dispose(); });
     this.pair = pair;
     this.scene = new THREE.Scene();
     this.world = new THREE.Group();
@@ -123,6 +122,14 @@ class Scene {
     this.addArrows();
     this.resize();
     this.look('reset');
+  }
+
+  /** Gives back what the graphics card holds: a browser has but a few such views. */
+  close() {
+    this.resizes.disconnect();
+    cancelAnimationFrame(this.awaited);
+    this.renderer.dispose();
+    this.renderer.getContext().getExtension('WEBGL_lose_context').loseContext();
   }
 
   addGrid() {
