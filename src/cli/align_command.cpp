@@ -8,15 +8,20 @@
 #include "cli/options.h"
 #include "cli/output_file.h"
 #include "cli/pair_alignment.h"
+#include "cli/shown_pair.h"
+#include "cli/this_run.h"
 
 #include "report/ending.h"
 #include "report/format.h"
 #include "report/matrix.h"
+#include "view/pair_page.h"
+#include "view/picture.h"
 
 #include <pcl_gpu_icp/device.h>
 #include <pcl_gpu_icp/icp.h>
 #include <pcl_gpu_icp/stopwatch.h>
 
+#include <array>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -29,6 +34,7 @@ using Icp = pcl_gpu_icp::IterativeClosestPoint<pcl::PointXYZ, pcl::PointXYZ, dou
 struct AlignOptions : AlignmentOptions {
   std::string output;
   std::string matrix;
+  std::string png;
 };
 
 /// The files to write; null where none was asked for.
@@ -36,6 +42,10 @@ struct Outputs {
   std::unique_ptr<OutputFile> cloud;
   std::unique_ptr<OutputFile> matrix;
   std::unique_ptr<OutputFile> json;
+  std::unique_ptr<OutputFile> png;
+  std::unique_ptr<OutputFile> page;
+
+  std::array<const std::unique_ptr<OutputFile>*, 5> all() const { return {&cloud, &matrix, &json, &png, &page}; }
 };
 
 Outputs openOutputs(const AlignOptions& options)
@@ -45,14 +55,13 @@ Outputs openOutputs(const AlignOptions& options)
   };
   Outputs outputs{open("-o", options.output),
                   open("--matrix", options.matrix),
-                  open("--json", options.json == "-" ? "" : options.json)};
-  const auto refuseSame = [](const auto& a, const auto& b) {
-    if (a && b && a->location() == b->location())
-      throw Failure(ExitCode::Usage, a->option() + " and " + b->option() + " are the same file, " + a->path());
-  };
-  refuseSame(outputs.cloud, outputs.matrix);
-  refuseSame(outputs.cloud, outputs.json);
-  refuseSame(outputs.matrix, outputs.json);
+                  open("--json", options.json == "-" ? "" : options.json),
+                  open("--png", options.png),
+                  open("--report", options.report)};
+  std::vector<const OutputFile*> files;
+  for (const auto* file : outputs.all())
+    files.push_back(file->get());
+  requireDistinct(files);
   return outputs;
 }
 
@@ -82,7 +91,7 @@ std::optional<double> timedFitness(StageTimes& times, Icp& icp)
 }
 
 /// Shows how far it is.
-BatchResult
+IcpRun
 runIcp(const CloudPair& pair, const AlignmentOptions& options, const Device& device, LiveLine& line, StageTimes& times)
 {
   Icp icp;
@@ -90,40 +99,50 @@ runIcp(const CloudPair& pair, const AlignmentOptions& options, const Device& dev
   applyPluginSettings(icp, options, device);
   icp.setInputSource(pair.source->points);
   icp.setInputTarget(pair.target->points);
-  icp.setIterationCallback([&line](int iteration, double rmse, std::size_t searched) {
+  IcpRun run;
+  icp.setIterationCallback([&](int iteration, double rmse, std::size_t searched) {
+    run.errors.push_back(rmse);
     line.show(report::format("iteration %d  RMSE %.6g  searched %zu points", iteration, rmse, searched));
   });
   icp.alignWithoutOutput(detail::toMatrix<double>(pair.guess));
-  BatchResult result;
-  result.alignment = icp.getResult();
-  requireNoError(result.alignment);
-  result.transform = detail::toRigidTransform<double>(icp.getFinalTransformation());
-  result.fitness_score = timedFitness(times, icp);
-  return result;
+  run.result.alignment = icp.getResult();
+  requireNoError(run.result.alignment);
+  run.result.transform = detail::toRigidTransform<double>(icp.getFinalTransformation());
+  run.result.fitness_score = timedFitness(times, icp);
+  return run;
 }
 
-void writeFiles(Outputs& outputs,
-                const Cloud& source_file,
-                const report::AlignmentReport& report,
-                const AlignOptions& options)
+void writeResults(Outputs& outputs,
+                  const Cloud& source_file,
+                  const report::AlignmentReport& report,
+                  const AlignOptions& options)
 {
-  const bool aligned = isAnswer(endingOf(report));
-  if (outputs.cloud && aligned) {
-    Cloud moved = source_file;
-    transform(moved, report.transform, report.source_points.zero_returns > 0);
-    outputs.cloud->write(writeCloud(moved, *formatOf(options.output)));
+  if (isAnswer(endingOf(report))) {
+    if (outputs.cloud) {
+      Cloud moved = source_file;
+      transform(moved, report.transform, report.source_points.zero_returns > 0);
+      outputs.cloud->write(writeCloud(moved, *formatOf(options.output)));
+    }
+    if (outputs.matrix)
+      outputs.matrix->write(report::matrixFile(report.transform));
   }
-  if (outputs.matrix && aligned)
-    outputs.matrix->write(report::matrixFile(report.transform));
+  else {
+    outputs.cloud.reset();
+    outputs.matrix.reset();
+  }
   if (outputs.json)
     outputs.json->write(report::toJson(report));
-  // Only now that all are on the disk may any take its name.
-  if (outputs.cloud && aligned)
-    outputs.cloud->commit();
-  if (outputs.matrix && aligned)
-    outputs.matrix->commit();
-  if (outputs.json)
-    outputs.json->commit();
+}
+
+void drawResults(Outputs& outputs,
+                 const report::AlignmentReport& report,
+                 const view::PairView& view,
+                 const std::vector<double>& errors)
+{
+  if (outputs.png)
+    outputs.png->write(pictureOf(report, view));
+  if (outputs.page)
+    outputs.page->write(alignmentPage(report, view, errors, thisRun()));
 }
 
 ExitCode align(const AlignOptions& options)
@@ -143,15 +162,24 @@ ExitCode align(const AlignOptions& options)
   const StartSearch search(device, nullptr, times, [&line](std::size_t done, std::size_t all) {
     line.show(report::format("searching for a guess: %zu of %zu groups of starts", done, all));
   });
-  report::AlignmentReport report =
-      alignPair(pair, options, search, [&](const CloudPair& from, const AlignmentOptions& with) {
-        return runIcp(from, with, device, line, times);
-      });
+  auto [report, errors] = alignPair(pair, options, search, [&](const CloudPair& from, const AlignmentOptions& with) {
+    return runIcp(from, with, device, line, times);
+  });
   total.reset();
   line.clear();
   report.command_times = times;
   append(report.warnings, left_out);
-  writeFiles(outputs, *source_file, report, options);
+  const bool lacks_outputs = !isAnswer(endingOf(report)) && (outputs.cloud || outputs.matrix);
+  writeResults(outputs, *source_file, report, options);
+  if (outputs.png || outputs.page)
+    drawResults(outputs,
+                report,
+                shownPair(pair, {{"before", pair.inFileCoordinates(pair.guess)}, {"after", report.transform}}),
+                errors);
+  // Only now that all are on the disk may any take its name.
+  for (const auto* file : outputs.all())
+    if (*file)
+      (*file)->commit();
   if (options.json == "-")
     writeToStandardOutput(report::toJson(report));
   else if (!options.quiet)
@@ -159,7 +187,7 @@ ExitCode align(const AlignOptions& options)
   if (!isAnswer(endingOf(report)))
     throw Failure(ExitCode::NotConverged,
                   options.source + " onto " + options.target + ": " + endingText(report) +
-                      (outputs.cloud || outputs.matrix ? "; -o and --matrix not written" : ""));
+                      (lacks_outputs ? "; -o and --matrix not written" : ""));
   return ExitCode::Success;
 }
 
@@ -174,6 +202,11 @@ Run addAlign(CLI::App& command)
           [](std::string& path) { return formatOf(path) ? "" : path + " ends in neither .pcd nor .ply"; }, ""))
       ->type_name("FILE");
   command.add_option("--matrix", options->matrix, "write the transform: 4 lines of 4 numbers")->type_name("FILE");
+  command
+      .add_option("--png",
+                  options->png,
+                  "draw the clouds before and after from three sides, and the distances; also where there is no answer")
+      ->type_name("FILE");
   return [options] {
     const Interruption interruption(endAtOnce);
     return align(*options);

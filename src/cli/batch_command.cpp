@@ -3,6 +3,7 @@
 #include "cli/batch_progress.h"
 #include "cli/commands.h"
 #include "cli/guess.h"
+#include "cli/input_file.h"
 #include "cli/interruption.h"
 #include "cli/manifest.h"
 #include "cli/number.h"
@@ -10,10 +11,13 @@
 #include "cli/pair_task.h"
 #include "cli/point_count.h"
 #include "cli/scan_sequence.h"
+#include "cli/this_run.h"
 
 #include "report/format.h"
 #include "report/schedule_report.h"
 #include "report/trajectory.h"
+#include "view/batch_gallery.h"
+#include "view/batch_page.h"
 
 #include <pcl_gpu_icp/batch.h>
 #include <pcl_gpu_icp/device.h>
@@ -113,8 +117,10 @@ public:
   : options_(options)
   , pairs_(pairs)
   , devices_(std::move(devices))
-  , files_(options.directory, options.shard, !options.sequence.empty(), options.trace, options.existing())
+  , files_(
+        options.directory, options.shard, !options.sequence.empty(), options.trace, options.report, options.existing())
   , ledger_(pairs, files_.results->path(), files_.results->kept())
+  , gallery_(pairs.size())
   , aligner_(devices_)
   {
     ledger_.describe(kept_);
@@ -129,7 +135,7 @@ public:
         places_.push_back(place);
     tasks_.reserve(places_.size());
     for (const std::size_t place : places_) {
-      PairTask& task = tasks_.emplace_back(pairs[place], clouds_);
+      PairTask& task = tasks_.emplace_back(pairs[place], clouds_, files_.page ? gallery_.points() : 0);
       aligner_.add(points.of(pairs[place].alignment), [&task](DeviceLane& lane) { return task.run(lane); });
     }
     // It would tell of an earlier run if this one did not come to its end.
@@ -195,6 +201,8 @@ private:
     const report::PairOutcome outcome = task.outcome();
     if (outcome.warnings > 0)
       ++warned_;
+    if (auto shown = task.takeShown())
+      gallery_.add(std::move(*shown), outcome);
     task.clear();
     ledger_.add(places_[number], outcome);
     progress.add(task.pair().identity, outcome);
@@ -212,15 +220,19 @@ private:
     report.pairs_in_flight = options_.settings.lanes;
     report.points_in_flight = options_.settings.points_in_flight;
     report.capacity = options_.settings.capacity;
+    std::vector<RigidTransform> places;
     if (files_.kitti)
-      writeTrajectory(report);
+      places = writeTrajectory(report);
     if (files_.trace)
       files_.trace->write(traceText());
+    if (files_.page)
+      files_.page->write(batchPage(report, readFile(files_.results->path()), gallery_, places, thisRun()));
     files_.summary->write(report::toJson(report));
     files_.commit(); // only now that all are on the disk
   }
 
-  void writeTrajectory(report::BatchReport& report)
+  /// \return the poses
+  std::vector<RigidTransform> writeTrajectory(report::BatchReport& report)
   {
     report::Trajectory trajectory;
     report::TrajectoryReport& written = report.trajectory.emplace();
@@ -237,6 +249,7 @@ private:
     written.files = {files_.kitti->path(), files_.tum->path()};
     files_.kitti->write(report::kittiText(trajectory));
     files_.tum->write(report::tumText(trajectory));
+    return trajectory.poses();
   }
 
   std::string traceText() const
@@ -260,6 +273,7 @@ private:
   report::BatchReport kept_; ///< what an earlier run came to
   const std::shared_ptr<Schedule> schedule_ = std::make_shared<Schedule>();
   std::vector<std::size_t> places_; ///< in the list, of the pairs that the aligner has
+  view::BatchGallery gallery_;
   PreparedClouds clouds_;
   std::vector<PairTask> tasks_;
   BatchAligner aligner_;
@@ -325,6 +339,13 @@ Run addBatch(CLI::App& command)
       ->type_name("I/N");
   command
       .add_option("--trace", options->trace, "write what ran where and when, for ui.perfetto.dev or chrome://tracing")
+      ->type_name("FILE");
+  command
+      .add_option(
+          "--report",
+          options->report,
+          "write a page of HTML, one file that a browser opens without a network: a table of the pairs, the worst "
+          "first, and the clouds of as many as fit in")
       ->type_name("FILE");
   command
       .add_option("--pairs-in-flight",

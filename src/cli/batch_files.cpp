@@ -31,6 +31,7 @@ BatchFiles::BatchFiles(const std::string& directory,
                        const std::optional<report::Shard>& shard,
                        bool has_trajectory,
                        const std::string& trace_path,
+                       const std::string& page_path,
                        ResultsFile::Existing existing)
 {
   make(directory);
@@ -51,19 +52,23 @@ BatchFiles::BatchFiles(const std::string& directory,
   summary = open("summary" + part + ".json");
   if (!trace_path.empty())
     trace = std::make_unique<OutputFile>("--trace", trace_path, overwrite);
+  if (!page_path.empty())
+    page = std::make_unique<OutputFile>("--report", page_path, overwrite);
+  requireDistinct({trace.get(), page.get()});
   for (const std::string& taken : {fs::weakly_canonical(results_path).string(),
                                    summary->location(),
                                    kitti ? kitti->location() : "",
                                    tum ? tum->location() : ""})
-    if (trace && trace->location() == taken)
-      throw Failure(ExitCode::Usage, "--trace " + trace_path + " is a file that -o has");
+    for (const auto* file : {&trace, &page})
+      if (*file && (*file)->location() == taken)
+        throw Failure(ExitCode::Usage, (*file)->option() + " " + (*file)->path() + " is a file that -o has");
   // Last, because it leaves a file where there was none.
   results = std::make_unique<ResultsFile>(results_path, existing);
 }
 
 void BatchFiles::commit()
 {
-  for (const auto* file : {&kitti, &tum, &trace, &summary})
+  for (const auto* file : {&kitti, &tum, &trace, &page, &summary})
     if (*file)
       (*file)->commit();
 }

@@ -11,13 +11,15 @@
 
 namespace pcl_gpu_icp::cli {
 
-/// The files that a batch writes: all but the trace into its directory, which it makes where there is none.
+/// The files that a batch writes: all but the trace and the page into its directory, which it makes where there is
+/// none.
 struct BatchFiles {
   /// \throws Failure (Output) where one exists and is refused, or cannot be written
   BatchFiles(const std::string& directory,
              const std::optional<report::Shard>& shard,
              bool has_trajectory,
              const std::string& trace_path,
+             const std::string& page_path,
              ResultsFile::Existing existing);
 
   /// Gives those but the results, which have been written, their names.
@@ -26,6 +28,7 @@ struct BatchFiles {
   std::unique_ptr<OutputFile> kitti; ///< null where there is no trajectory
   std::unique_ptr<OutputFile> tum;
   std::unique_ptr<OutputFile> trace; ///< null where none was asked for
+  std::unique_ptr<OutputFile> page;  ///< of --report, so too
   std::unique_ptr<OutputFile> summary;
   std::unique_ptr<ResultsFile> results;
 };

@@ -5,11 +5,14 @@
 #include "cli/interruption.h"
 #include "cli/options.h"
 #include "cli/output_file.h"
+#include "cli/shown_pair.h"
 #include "cli/stock_process.h"
+#include "cli/this_run.h"
 
 #include "report/comparison_report.h"
 #include "report/ending.h"
 #include "report/judgement.h"
+#include "view/pair_page.h"
 
 #include <pcl_gpu_icp/device.h>
 #include <pcl_gpu_icp/icp.h>
@@ -156,14 +159,20 @@ StockProcess::Normals normalsOf(const CloudPair& pair, const CompareOptions& opt
   return normals;
 }
 
-/// \return what the plugin's run came to
-report::AlignmentReport
+struct PluginRun {
+  report::AlignmentReport alignment;
+  std::vector<double> errors; ///< of the pairs, by iteration
+};
+
+PluginRun
 runPlugin(report::ComparisonReport& report, const CloudPair& pair, const CompareOptions& options, const Device& device)
 {
   PluginIcp plugin;
   applyPluginSettings(plugin, options, device);
+  PluginRun done;
+  plugin.setIterationCallback([&done](int, double rmse, std::size_t) { done.errors.push_back(rmse); });
   report.plugin = run<PointXYZ>(plugin, pair.source->points, pair.target->points, pair, options);
-  report::AlignmentReport alignment;
+  report::AlignmentReport& alignment = done.alignment;
   alignment.source = options.source;
   alignment.target = options.target;
   alignment.result = plugin.getResult();
@@ -179,7 +188,7 @@ runPlugin(report::ComparisonReport& report, const CloudPair& pair, const Compare
   report.device = result.device;
   report.pipeline = result.pipeline;
   report.metric = result.metric;
-  return alignment;
+  return done;
 }
 
 ExitCode compare(const CompareOptions& options)
@@ -195,9 +204,12 @@ ExitCode compare(const CompareOptions& options)
     throw Failure(ExitCode::Usage, "--overlap auto: stock PCL has no such search, so there is nothing to compare");
   if (options.guess && asksForSearch(*options.guess))
     throw Failure(ExitCode::Usage, "--guess auto: stock PCL has no search, so there is nothing to compare");
-  std::unique_ptr<OutputFile> json;
+  std::unique_ptr<OutputFile> json, page;
   if (!options.json.empty() && options.json != "-")
     json = std::make_unique<OutputFile>("--json", options.json, options.force);
+  if (!options.report.empty())
+    page = std::make_unique<OutputFile>("--report", options.report, options.force);
+  requireDistinct({json.get(), page.get()});
   const CloudPair pair = readPair(options, [&](const std::string& path) { return readPrepared(path, options); });
   if (!options.quiet)
     print(pair.warnings);
@@ -211,7 +223,8 @@ ExitCode compare(const CompareOptions& options)
   report.target = options.target;
   report.source_points = pair.source->points->size();
   report.target_points = pair.target->points->size();
-  const report::AlignmentReport alignment = runPlugin(report, pair, options, device);
+  const PluginRun done = runPlugin(report, pair, options, device);
+  const report::AlignmentReport& alignment = done.alignment;
   report.centroid = pair.source->centroid;
   report.tolerance = options.tolerance;
   const auto answer = stock.ask(normalsOf(pair, options, device), std::chrono::duration<double>(options.stock_limit_s));
@@ -220,10 +233,18 @@ ExitCode compare(const CompareOptions& options)
   else
     report.stock_failure = std::get<std::string>(answer);
 
-  if (json) {
+  if (json)
     json->write(report::toJson(report));
-    json->commit();
+  if (page) {
+    std::vector<view::NamedPose> poses{{"before", pair.inFileCoordinates(pair.guess)},
+                                       {"pcl_gpu_icp", report.plugin.transform}};
+    if (report.stock)
+      poses.push_back({"stock PCL", report.stock->transform});
+    page->write(comparisonPage(report, alignment, shownPair(pair, poses), done.errors, thisRun()));
   }
+  for (const auto* file : {&json, &page})
+    if (*file)
+      (*file)->commit();
   if (options.json == "-")
     writeToStandardOutput(report::toJson(report));
   else if (!options.quiet)

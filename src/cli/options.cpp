@@ -198,6 +198,13 @@ void addAlignmentOptions(CLI::App& command, AlignmentOptions& options)
       ->type_name("N");
   command.add_option("--json", options.json, "write the result as JSON; - is standard output, without the summary")
       ->type_name("FILE|-");
+  command
+      .add_option(
+          "--report",
+          options.report,
+          "write a page of HTML, one file that a browser opens without a network: the clouds before and after in "
+          "3-D, distances, iterations, times; also where there is no answer")
+      ->type_name("FILE");
   command.add_flag("--force", options.force, "overwrite files that exist");
   command.add_flag("--quiet",
                    options.quiet,

@@ -39,7 +39,8 @@ struct AlignmentOptions {
   Pipeline pipeline = Pipeline::Fused;
   std::string device;
   unsigned threads = 0;
-  std::string json; ///< a file name, or "-" for standard output
+  std::string json;   ///< a file name, or "-" for standard output
+  std::string report; ///< a file name
   bool force = false;
   bool quiet = false;
 };

@@ -145,6 +145,15 @@ void OutputFile::commit()
   temporary_.clear();
 }
 
+void requireDistinct(const std::vector<const OutputFile*>& files)
+{
+  for (auto a = files.begin(); a != files.end(); ++a)
+    for (auto b = a + 1; b != files.end(); ++b)
+      if (*a && *b && (*a)->location() == (*b)->location())
+        throw Failure(ExitCode::Usage,
+                      (*a)->option() + " and " + (*b)->option() + " are the same file, " + (*a)->path());
+}
+
 bool writeAll(int file, std::string_view content)
 {
   while (!content.empty()) {

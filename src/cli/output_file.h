@@ -41,6 +41,10 @@ private:
   bool overwrite_;
 };
 
+/// \param files null ones are none
+/// \throws Failure (Usage) where two are the same
+void requireDistinct(const std::vector<const OutputFile*>& files);
+
 /// Writes it all to an open file.
 /// \return false, and errno, where that was not possible
 bool writeAll(int file, std::string_view content);

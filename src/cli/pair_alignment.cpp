@@ -70,29 +70,30 @@ public:
   {
     if (!start)
       return;
-    report::AlignmentReport report = reportOf(*start, run_(start->pair, start->options));
+    IcpRun run = run_(start->pair, start->options);
+    report::AlignmentReport report = reportOf(*start, run.result);
     tried_.push_back(
         {report.searched_guess.has_value(), report.found_overlap.has_value(), judgementOf(report).verdict});
-    if (best_ && !isBetter(report, *best_))
+    if (best_ && !isBetter(report, best_->report))
       return;
-    best_ = std::move(report);
+    best_ = {std::move(report), std::move(run.errors)};
     taken_ = tried_.size() - 1;
   }
 
-  bool areSettled() const { return isSettled(*best_); }
+  bool areSettled() const { return isSettled(best_->report); }
   bool beganWrong() const { return tried_.front().verdict == Verdict::Wrong; }
 
-  report::AlignmentReport best() &&
+  PairAlignment best() &&
   {
     tried_[taken_].taken = true;
-    best_->tried = std::move(tried_);
+    best_->report.tried = std::move(tried_);
     return std::move(*best_);
   }
 
 private:
   const RunIcp& run_;
   std::vector<report::TriedStart> tried_;
-  std::optional<report::AlignmentReport> best_;
+  std::optional<PairAlignment> best_;
   std::size_t taken_ = 0;
 };
 
@@ -105,7 +106,7 @@ std::optional<Start> required(std::optional<Start> found, const AlignmentOptions
 
 } // namespace
 
-report::AlignmentReport
+PairAlignment
 alignPair(const CloudPair& pair, const AlignmentOptions& options, const StartSearch& search, const RunIcp& run)
 {
   Start start{pair, withEpsilons(options, pair), std::nullopt, std::nullopt};

@@ -3,6 +3,7 @@
 #include "cli/failure.h"
 #include "cli/icp_settings.h"
 #include "cli/pair_alignment.h"
+#include "cli/shown_pair.h"
 
 #include <pcl_gpu_icp/error.h>
 #include <pcl_gpu_icp/stopwatch.h>
@@ -44,17 +45,25 @@ BatchResult PairTask::align(DeviceLane& lane)
     applyPluginSettings(icp, options, lane.device);
     icp.setInputSource(pair.source->points);
     icp.setInputTarget(pair.target->points);
-    BatchResult result = BatchAligner::align(lane, icp, detail::toMatrix<double>(pair.guess), true);
-    requireNoError(result.alignment);
-    if (result.alignment.reason == Reason::Cancelled)
-      throw Cancelled(result.alignment.message);
-    return result;
+    IcpRun done;
+    icp.setIterationCallback([&done](int, double rmse, std::size_t) { done.errors.push_back(rmse); });
+    done.result = BatchAligner::align(lane, icp, detail::toMatrix<double>(pair.guess), true);
+    requireNoError(done.result.alignment);
+    if (done.result.alignment.reason == Reason::Cancelled)
+      throw Cancelled(done.result.alignment.message);
+    return done;
   };
-  report::AlignmentReport report = alignPair(clouds, pair_->alignment, search, run);
+  auto [report, errors] = alignPair(clouds, pair_->alignment, search, run);
   total.reset();
   report.command_times = std::move(times);
   report.source = pair_->identity.source;
   report.target = pair_->identity.target;
+  if (shown_points_ > 0)
+    shown_ = {pair_->identity.pair,
+              shownPair(clouds,
+                        {{"before", clouds.inFileCoordinates(clouds.guess)}, {"after", report.transform}},
+                        shown_points_),
+              std::move(errors)};
   BatchResult result;
   result.alignment = report.result;
   report_ = std::move(report);

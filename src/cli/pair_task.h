@@ -4,6 +4,7 @@
 #include "cli/listed_pair.h"
 
 #include "report/alignment_report.h"
+#include "view/batch_gallery.h"
 
 #include <pcl_gpu_icp/batch.h>
 #include <pcl_gpu_icp/search/shared_cache.h>
@@ -11,6 +12,8 @@
 #include <optional>
 #include <string>
 #include <tuple>
+#include <utility>
+#include <vector>
 
 namespace pcl_gpu_icp::cli {
 
@@ -23,9 +26,11 @@ using PreparedClouds = search::SharedCache<PreparedCloud, PreparedFile>;
 class PairTask {
 public:
   /// \param clouds of all pairs
-  PairTask(const ListedPair& pair, PreparedClouds& clouds)
+  /// \param shown_points of each cloud, to show; 0: nothing will be shown
+  PairTask(const ListedPair& pair, PreparedClouds& clouds, std::size_t shown_points)
   : pair_(&pair)
   , clouds_(&clouds)
+  , shown_points_(shown_points)
   {
   }
 
@@ -41,6 +46,8 @@ public:
   {
     return report_ ? resultLine(pair_->identity, *report_) : resultLine(pair_->identity, *failure_);
   }
+  /// What is to be shown of it; none of what failed. Once.
+  std::optional<view::BatchGallery::Entry> takeShown() { return std::exchange(shown_, std::nullopt); }
   /// Frees what is not needed once that is written.
   void clear()
   {
@@ -56,6 +63,8 @@ private:
   PreparedClouds* clouds_;
   std::optional<report::AlignmentReport> report_;
   std::optional<report::PairFailure> failure_;
+  std::size_t shown_points_;
+  std::optional<view::BatchGallery::Entry> shown_;
 };
 
 } // namespace pcl_gpu_icp::cli

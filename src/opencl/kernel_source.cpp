@@ -23,8 +23,8 @@ std::string rawText(const std::string& file)
       throw InvalidArgument("cannot read kernel file " + path + " (PCL_GPU_ICP_KERNEL_DIR is set)");
     return {std::istreambuf_iterator<char>(stream), {}};
   }
-  for (const EmbeddedKernel& kernel : embedded_kernels)
-    if (file == kernel.file)
+  for (const EmbeddedFile& kernel : embedded_files)
+    if (file == kernel.name)
       return kernel.text;
   throw InvalidArgument("no kernel file " + file + " was embedded");
 }

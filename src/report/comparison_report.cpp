@@ -17,24 +17,6 @@ std::string row(const char* what, const std::string& stock, const std::string& p
   return format("%-11s %22s %22s\n", what, stock.c_str(), plugin.c_str());
 }
 
-Json optionalJson(const std::optional<double>& value) { return value ? Json(*value) : Json(); }
-
-Json runJson(const Run& run)
-{
-  return {{"converged", run.converged},
-          {"reason", toString(run.reason)},
-          {"iterations", run.iterations},
-          {"time_ms", run.time_ms},
-          {"rmse", optionalJson(run.rmse)},
-          {"fitness_score", optionalJson(run.fitness_score)},
-          {"transform", matrixJson(run.transform)}};
-}
-
-Json differenceJson(const Difference& difference)
-{
-  return {{"degrees", difference.degrees}, {"metres", difference.metres}};
-}
-
 } // namespace
 
 std::optional<Difference> ComparisonReport::difference() const
@@ -107,29 +89,6 @@ std::string toText(const ComparisonReport& report)
                  report.tolerance.degrees,
                  report.tolerance.metres);
   return text;
-}
-
-std::string toJson(const ComparisonReport& report)
-{
-  Json json;
-  json["source"] = report.source;
-  json["target"] = report.target;
-  json["points"] = {{"source", report.source_points}, {"target", report.target_points}};
-  json["device"] = deviceJson(report.device);
-  json["metric"] = toString(report.metric);
-  json["pipeline"] = toString(report.pipeline);
-  json["stock"] = report.stock ? runJson(*report.stock) : Json();
-  json["stock_failure"] = report.stock ? Json() : Json(report.stock_failure);
-  json["plugin"] = runJson(report.plugin);
-  json["plugin"]["verdict"] = toString(report.judgement.verdict);
-  json["plugin"]["reasons"] = report.judgement.reasons;
-  json["plugin"]["start_ms"] = report.plugin_start_ms;
-  json["speedup"] = report.stock ? Json(report.stock->time_ms / report.plugin.time_ms) : Json();
-  json["centroid"] = report.centroid;
-  json["difference"] = report.stock ? differenceJson(*report.difference()) : Json();
-  json["tolerance"] = differenceJson(report.tolerance);
-  json["agree"] = report.agree();
-  return dump(json);
 }
 
 } // namespace pcl_gpu_icp::report

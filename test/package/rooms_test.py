@@ -22,7 +22,8 @@ MAY_INCLUDE = {
     "engine": ["kernels", "values", "geometry", "opencl", "stages", "scheduler", "search"],
     "pcl": ["values", "search", "engine"],
     "report": ["values", "pcl"],
-    "cli": ["values", "search", "engine", "pcl", "report"],
+    "view": ["values", "search", "report"],
+    "cli": ["values", "search", "engine", "pcl", "report", "view"],
 }
 
 # Public headers that are more than plain types. A header that includes <pcl/...> is in the room "pcl".
@@ -41,7 +42,7 @@ HEADER_ROOMS = {
 
 PCL_ROOMS = {"pcl", "report", "cli"}
 CL_HEADER = "src/opencl/cl.h"
-GENERATED = {"embedded_kernels.h": "opencl"}
+GENERATED = {"embedded_kernels.h": "opencl", "embedded_page.h": "view"}
 
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]', re.MULTILINE)
 

@@ -11,8 +11,8 @@ namespace pcl_gpu_icp::test {
 inline std::vector<std::string> kernelFiles()
 {
   std::vector<std::string> files;
-  for (const opencl::EmbeddedKernel& kernel : opencl::embedded_kernels) {
-    const std::string file = kernel.file;
+  for (const opencl::EmbeddedFile& kernel : opencl::embedded_files) {
+    const std::string file = kernel.name;
     if (file.size() > 3 && file.compare(file.size() - 3, 3, ".cl") == 0)
       files.push_back(file);
   }

@@ -1,0 +1,15 @@
+#include "cli/shown_pair.h"
+
+#include <pcl_gpu_icp/search/points_of.h>
+
+namespace pcl_gpu_icp::cli {
+
+view::PairView shownPair(const CloudPair& pair, const std::vector<view::NamedPose>& poses, std::size_t most_points)
+{
+  const auto cloud = [](const PreparedCloud& prepared) {
+    return view::Cloud{search::pointsOf(*prepared.points), prepared.origin};
+  };
+  return viewOf(cloud(*pair.source), cloud(*pair.target), poses, most_points);
+}
+
+} // namespace pcl_gpu_icp::cli

@@ -1,0 +1,33 @@
+#pragma once
+
+#include "view/canvas.h"
+#include "view/pair_view.h"
+
+#include <array>
+
+namespace pcl_gpu_icp::view {
+
+/// From the palette of Okabe and Ito, which the colour-blind tell apart.
+constexpr Colour source_colour = 0xe69f00;
+constexpr Colour target_colour = 0x0072b2;
+constexpr Colour both_colour = 0x4a4a55; ///< where both clouds are
+
+/// A direction to look in: the axes that point right and up.
+struct Direction {
+  const char* name;
+  int right, up;
+};
+constexpr std::array<Direction, 3> directions{
+    {{"from above", 0, 1}, {"from the front", 0, 2}, {"from the side", 1, 2}}};
+
+/// A part of a picture.
+struct Panel {
+  int x, y, width, height;
+};
+
+/// Draws both clouds with the source at a pose.
+/// \return pixels per unit of the files
+double
+project(Canvas& canvas, const Panel& panel, const PairView& view, const ShownPose& pose, const Direction& direction);
+
+} // namespace pcl_gpu_icp::view
