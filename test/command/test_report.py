@@ -108,7 +108,7 @@ class Alignment(ReportTest):
     def test_no_pairs(self):
         self.fail_with(
             NOT_CONVERGED, "align", self.cloud("far.pcd", [(x + 5e6, y, z) for x, y, z in POINTS]),
-            self.cloud("target.pcd", [*POINTS, (1e17, 0, 0)]), "--max-distance", "1", "--report", self.page, "--quiet")
+            self.cloud("target.pcd", [*POINTS, (1e17, 0, 0)]), "--max-distance", "1", "--once", "--report", self.page, "--quiet")
         with opened(self.page) as page:
             self.assertEqual(page.text(".chip"), "wrong")
             self.assert_sound(page)
