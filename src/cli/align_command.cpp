@@ -35,6 +35,7 @@ struct AlignOptions : AlignmentOptions {
   std::string output;
   std::string matrix;
   std::string png;
+  bool verbose = false;
 };
 
 /// The files to write; null where none was asked for.
@@ -183,7 +184,7 @@ ExitCode align(const AlignOptions& options)
   if (options.json == "-")
     writeToStandardOutput(report::toJson(report));
   else if (!options.quiet)
-    writeToStandardOutput(report::toText(report));
+    writeToStandardOutput(report::toText(report, {options.verbose, isColoured(STDOUT_FILENO)}));
   if (!isAnswer(endingOf(report)))
     throw Failure(ExitCode::NotConverged,
                   options.source + " onto " + options.target + ": " + endingText(report) +
@@ -207,6 +208,8 @@ Run addAlign(CLI::App& command)
                   options->png,
                   "draw the clouds before and after from three sides, and the distances; also where there is no answer")
       ->type_name("FILE");
+  command.add_flag(
+      "--verbose", options->verbose, "every time that was taken in the summary, each below what it is a part of");
   return [options] {
     const Interruption interruption(endAtOnce);
     return align(*options);

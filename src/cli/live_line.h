@@ -1,10 +1,18 @@
 #pragma once
 
 #include <cstdio>
+#include <cstdlib>
 #include <string>
 #include <unistd.h>
 
 namespace pcl_gpu_icp::cli {
+
+/// Whether it is a terminal whose reader has not asked for none (https://no-color.org).
+inline bool isColoured(int descriptor)
+{
+  const char* no_colour = std::getenv("NO_COLOR");
+  return isatty(descriptor) && !(no_colour && *no_colour);
+}
 
 /// A line on the terminal that is renewed again and again, and gone in the end. Where stderr is no terminal there is
 /// none.

@@ -7,6 +7,9 @@
 #include "report/matrix.h"
 #include "report/uncertainty_report.h"
 
+#include <algorithm>
+#include <cmath>
+
 namespace pcl_gpu_icp::report {
 namespace {
 
@@ -52,10 +55,37 @@ std::string triedText(const std::vector<TriedStart>& tried)
   return text;
 }
 
+std::string verdictText(const Judgement& judgement, bool coloured)
+{
+  const std::string text = judgementText(judgement), word = toString(judgement.verdict);
+  constexpr int colours[] = {32, 33, 31}; // ANSI's green, yellow, red
+  if (!coloured)
+    return text;
+  return format("\033[1;%dm", colours[static_cast<int>(judgement.verdict)]) + word + "\033[0m" +
+         text.substr(word.size());
+}
+
 const char* improvement(const AlignmentReport& report)
 {
   const double change = changeOfDistance(report);
   return change == 0 ? "unchanged" : change < 0 ? "improved" : "got worse";
+}
+
+std::string pairsText(const AlignmentReport& report)
+{
+  const AlignmentResult& result = report.result;
+  const double share =
+      static_cast<double>(result.inliers) / static_cast<double>(std::max<std::size_t>(1, result.source_points));
+  std::string text =
+      result.inliers > 0
+          ? format("RMSE       %.6g before, %.6g after (%s)\n", result.rmse_before, result.rmse, improvement(report))
+          : std::string("RMSE       undefined\n");
+  text += format("pairs      %zu, %.0f %% of the source's points\n", result.inliers, 100 * share);
+  if (!report.fitness_score)
+    return text + "fitness    undefined\n";
+  return text + format("fitness    %.6g (mean squared distance to the nearest target point), its root %.6g\n",
+                       *report.fitness_score,
+                       std::sqrt(*report.fitness_score));
 }
 
 } // namespace
@@ -67,54 +97,45 @@ std::string nameOf(const TriedStart& start)
   return std::string(start.searched ? "a search and " : "") + "what they have in common";
 }
 
-std::string toText(const AlignmentReport& report)
+std::string toText(const AlignmentReport& report, const TextStyle& style)
 {
   const AlignmentResult& result = report.result;
-  std::string text = cloudText("source", report.source, report.source_points);
-  text += cloudText("target", report.target, report.target_points);
-  text += "verdict    " + judgementText(judgementOf(report)) + "\n";
+  const Judgement judgement = judgementOf(report);
+  std::string text = "verdict    " + verdictText(judgement, style.coloured) + "\n";
   for (const std::string& advice : adviceFor(report))
     text += "try        " + advice + "\n";
   text += "result     " + endingText(report) + "\n";
   if (report.tried.size() > 1)
     text += triedText(report.tried);
-  text += "device     " + result.device.name + " (" + toString(result.device.type) + ", " + result.device.platform +
-          ", driver " + result.device.driver + ")\n";
+  text += "motion     " + motionText(report.transform) + "\n" + matrixText(report.transform);
+  text += pairsText(report);
+  if (result.quality)
+    text += qualityText(*result.quality);
+  text += std::string("degenerate ") + degeneracyText(result) + "\n";
+  if (result.uncertainty)
+    text += uncertaintyText(*result.uncertainty);
+  text += cloudText("source", report.source, report.source_points);
+  text += cloudText("target", report.target, report.target_points);
   text += std::string("metric     ") + toString(result.metric) + lossText(result);
   text += result.motions == Motions::Rigid ? "\n" : std::string(", motions ") + toString(result.motions) + "\n";
-  text += format("search     %s, %u threads; pipeline %s, %s precision\n",
-                 toString(result.search),
-                 result.threads,
-                 toString(result.pipeline),
-                 toString(result.precision));
   if (report.searched_guess)
     text += guessText(*report.searched_guess);
   if (report.found_overlap)
     text += format("overlap    %.0f %% of the source, by the best of %zu ways from coarse to fine\n",
                    100 * report.found_overlap->share,
                    report.found_overlap->ways);
+  text += format("search     %s, %u threads; pipeline %s, %s precision\n",
+                 toString(result.search),
+                 result.threads,
+                 toString(result.pipeline),
+                 toString(result.precision));
   if (!result.searched.empty())
     text += format("searched   %zu points in the first iteration, %zu in the last\n",
                    result.searched.front(),
                    result.searched.back());
-  text +=
-      result.inliers > 0
-          ? format("RMSE       %.6g before, %.6g after (%s)\n", result.rmse_before, result.rmse, improvement(report))
-          : std::string("RMSE       undefined\n");
-  if (result.quality)
-    text += qualityText(*result.quality);
-  text += format("inliers    %zu\n", result.inliers);
-  text += report.fitness_score
-              ? format("fitness    %.6g (mean squared distance to the nearest target point)\n", *report.fitness_score)
-              : std::string("fitness    undefined\n");
-  text += std::string("degenerate ") + degeneracyText(result) + "\n";
-  if (result.uncertainty)
-    text += uncertaintyText(*result.uncertainty);
-  text += "transform\n" + matrixText(report.transform);
-  text += "times\n";
-  for (const auto& [what, milliseconds] : timesOf(report))
-    text += format("  %-22s %10.1f ms\n", what.c_str(), milliseconds);
-  return text;
+  text += "device     " + result.device.name + " (" + toString(result.device.type) + ", " + result.device.platform +
+          ", driver " + result.device.driver + ")\n";
+  return text + "times      " + (style.verbose ? nestedTimesText(report) : timesText(report));
 }
 
 } // namespace pcl_gpu_icp::report

@@ -67,7 +67,13 @@ struct AlignmentReport {
 /// "the guess", "what they have in common", "a search", "a search and what they have in common".
 std::string nameOf(const TriedStart& start);
 
-std::string toText(const AlignmentReport& report);
+struct TextStyle {
+  bool verbose = false;  ///< every time that was taken
+  bool coloured = false; ///< the verdict, for a terminal
+};
+
+/// What a reader asks first comes first.
+std::string toText(const AlignmentReport& report, const TextStyle& style = {});
 
 /// As docs/align.schema.json describes.
 std::string toJson(const AlignmentReport& report);

@@ -15,4 +15,10 @@ using Times = std::vector<std::pair<std::string, double>>;
 /// device's entries carry a prefix.
 Times timesOf(const AlignmentReport& report);
 
+/// The total and what it is made of, in a line.
+std::string timesText(const AlignmentReport& report);
+
+/// All of them, each below what it is a part of.
+std::string nestedTimesText(const AlignmentReport& report);
+
 } // namespace pcl_gpu_icp::report

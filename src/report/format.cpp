@@ -1,5 +1,6 @@
 #include "report/format.h"
 
+#include <cmath>
 #include <cstdarg>
 #include <cstdio>
 
@@ -21,6 +22,13 @@ std::string format(const char* pattern, ...)
 std::string counted(std::size_t count, const char* what)
 {
   return format("%zu %s%s", count, what, count == 1 ? "" : "s");
+}
+
+std::string directionText(const char* how, const std::array<double, 3>& direction)
+{
+  // Without the sign of a zero.
+  const auto entry = [&direction](int i) { return std::round(100 * direction[i]) / 100 + 0.0; };
+  return format("%s (%.2g, %.2g, %.2g)", how, entry(0), entry(1), entry(2));
 }
 
 } // namespace pcl_gpu_icp::report

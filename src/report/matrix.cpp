@@ -2,6 +2,10 @@
 
 #include "report/format.h"
 
+#include <Eigen/Geometry>
+
+#include <cmath>
+
 namespace pcl_gpu_icp::report {
 Matrix4 toMatrix(const RigidTransform& transform)
 {
@@ -20,10 +24,27 @@ std::string matrixFile(const RigidTransform& transform)
 
 std::string matrixText(const RigidTransform& transform)
 {
+  constexpr double last_digit = 1e10;
+  const auto entry = [](double value) { return std::round(value * last_digit) / last_digit + 0.0; }; // no -0.0
   std::string text;
   for (const auto& row : toMatrix(transform))
-    text += format("  %13.10f %13.10f %13.10f %16.9g\n", row[0], row[1], row[2], row[3]);
+    text += format(
+        "           %13.10f %13.10f %13.10f %16.9g\n", entry(row[0]), entry(row[1]), entry(row[2]), row[3] + 0.0);
   return text;
+}
+
+std::string motionText(const RigidTransform& transform)
+{
+  constexpr double degrees_per_radian = 57.295779513082320877;
+  const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> rotation(transform.rotation.data());
+  const Eigen::AngleAxisd turn{Eigen::Matrix3d(rotation)};
+  const auto& [x, y, z] = transform.translation;
+  const double shift = std::hypot(x, y, z), degrees = turn.angle() * degrees_per_radian;
+  std::string text = format("shifts by %.6g", shift);
+  if (shift > 0)
+    text += " " + directionText("along", {x / shift, y / shift, z / shift});
+  text += format(", turns by %.6g degrees", degrees);
+  return degrees > 0 ? text + " " + directionText("about", {turn.axis().x(), turn.axis().y(), turn.axis().z()}) : text;
 }
 
 } // namespace pcl_gpu_icp::report

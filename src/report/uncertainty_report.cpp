@@ -9,13 +9,6 @@ namespace {
 
 constexpr double degrees_per_radian = 57.295779513082320877;
 
-std::string directionText(const char* how, const Uncertainty::Axis& axis)
-{
-  // Without the sign of a zero.
-  const auto entry = [&axis](int i) { return std::round(100 * axis.direction[i]) / 100 + 0.0; };
-  return format("%s (%.2g, %.2g, %.2g)", how, entry(0), entry(1), entry(2));
-}
-
 Json matrixJson(const std::array<double, 36>& matrix)
 {
   Json rows = Json::array();
@@ -41,7 +34,7 @@ std::string uncertaintyText(const Uncertainty& uncertainty)
   const auto add = [&text](const char* how, const char* unit, const Uncertainty::Axis& axis, double deviation) {
     text += text.empty() ? "deviation  " : "           ";
     text += std::isfinite(deviation) ? format("%.3g%s ", deviation, unit) : std::string("not determined ");
-    text += directionText(how, axis) + "\n";
+    text += directionText(how, axis.direction) + "\n";
   };
   for (const Uncertainty::Axis& axis : uncertainty.shifts)
     add("along", "", axis, axis.deviation);
@@ -56,7 +49,7 @@ std::string undeterminedMotions(const Uncertainty& uncertainty)
   const auto add = [&text](const char* how, const std::vector<Uncertainty::Axis>& axes) {
     for (const Uncertainty::Axis& axis : axes)
       if (!std::isfinite(axis.deviation))
-        text += (text.empty() ? "" : ", ") + directionText(how, axis);
+        text += (text.empty() ? "" : ", ") + directionText(how, axis.direction);
   };
   add("along", uncertainty.shifts);
   add("about", uncertainty.turns);

@@ -1,9 +1,10 @@
 """What align computes, says and exits with."""
 
+import math
 import os
 
 from command import (
-    DEVICE, IDENTITY, NOT_CONVERGED, CommandTest, motion, moved, pcd, surface)
+    DEVICE, IDENTITY, NOT_CONVERGED, XYZ_DOUBLE, CommandTest, motion, moved, pcd, surface)
 
 POINTS = surface()
 MOTION = motion(3, (0.05, -0.08, 0.04))
@@ -37,6 +38,9 @@ class Align(CommandTest):
     def test_summary(self):
         text = self.succeed("align", self.source, self.target)
         result = self.align(self.source, self.target)
+        self.assertTrue(text.startswith("verdict    good\nresult     converged after "))
+        shift = math.dist((0, 0, 0), [row[3] for row in result["transform"][:3]])
+        self.assertIn(f"\nmotion     shifts by {shift:.6g} along (", text)
         for expected in [
             f"{self.source}: 480 points, 480 used\n",
             f"{self.target}: 480 points, 480 used\n",
@@ -44,14 +48,35 @@ class Align(CommandTest):
             "pipeline fused",
             f"converged after {result['iterations']} iterations",
             "(improved)",
-            "inliers    480\n",
+            "\npairs      480, 100 % of the source's points\n",
+            " (mean squared distance to the nearest target point), its root ",
             "degenerate no\n",
-            "transform\n",
             "search",
             "searched",
-            "total",
         ]:
             self.assertIn(expected, text)
+        self.assertRegex(text, r"\ntimes      \d+\.\d ms: read \d+\.\d, device \d+\.\d, align \d+\.\d, fitness \d+\.\d\n\Z")
+        self.assertNotIn("device_match", text)
+
+    def test_every_time_with_verbose(self):
+        lines = self.succeed("align", self.source, self.target, "--verbose").split("\ntimes      ")[1].splitlines()
+        indents = {line.split()[0]: len(line) - len(line.lstrip()) for line in lines[1:]}
+        self.assertEqual(lines[0].split()[0], "total")
+        self.assertEqual({indents[what] for what in ("read", "device", "align", "fitness")}, {13})
+        self.assertEqual({indents[what] for what in ("start", "tree", "search", "device_match")}, {15})
+        names = list(indents)
+        self.assertLess(names.index("align"), names.index("tree"))
+        self.assertLess(names.index("tree"), names.index("fitness"))
+        self.assertEqual(set(names) | {"total"}, set(self.align(self.source, self.target)["times_ms"]))
+
+    def test_a_motion_in_words(self):
+        turn = motion(90, (0, 0, 3))
+        guess = " ".join(str(value) for row in turn[:3] for value in row)
+        turned = self.write("turned.pcd", pcd([moved(turn, point) for point in POINTS], "binary", XYZ_DOUBLE))
+        text = self.succeed("align", self.source, turned, "--guess", guess)
+        self.assertIn("\nmotion     shifts by 3 along (0, 0, 1), turns by 90 degrees about (0.27, 0.53, 0.8)\n", text)
+        self.assertNotIn("-0.0000000000", text)
+        self.assertNotIn(" -0 ", text)
 
     def test_same_bits_on_every_run(self):
         first, second = (self.align(self.source, self.target) for _ in range(2))

@@ -1,5 +1,7 @@
 """A live line per iteration on a terminal, and nothing of the kind in a pipe."""
 
+import os
+
 from command import CommandTest, motion, moved, pcd, surface
 
 POINTS = surface()
@@ -28,3 +30,14 @@ class Terminal(CommandTest):
         self.assertEqual(done.stderr, "")
         self.assertNotIn("\r", done.stdout)
         self.assertNotIn("iteration 1 ", done.stdout)
+
+    def test_the_verdict_is_coloured_on_a_terminal_only(self):
+        arguments = [*self.arguments, "--once"]
+        _, seen = self.on_terminal(*arguments, stdout_too=True)
+        self.assertIn("verdict    \x1b[1;32mgood\x1b[0m\r\n", seen)
+        text, _ = self.on_terminal(*arguments)
+        self.assertIn("verdict    good\n", text)
+        os.environ["NO_COLOR"] = "1"
+        self.addCleanup(os.environ.pop, "NO_COLOR")
+        _, seen = self.on_terminal(*arguments, stdout_too=True)
+        self.assertIn("verdict    good\r\n", seen)
