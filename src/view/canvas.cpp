@@ -1,7 +1,5 @@
 #include "view/canvas.h"
 
-#include <cairo.h>
-
 #include <cmath>
 #include <sstream>
 #include <stdexcept>
@@ -159,10 +157,12 @@ std::vector<std::string> Canvas::wrapped(const std::string& text, double width, 
   std::vector<std::string> lines;
   std::istringstream words(text);
   for (std::string word; words >> word;) {
-    if (lines.empty() || widthOf(lines.back() + " " + word, font) > width)
+    std::string longer = lines.empty() ? "" : lines.back() + ' ';
+    longer += word;
+    if (lines.empty() || widthOf(longer, font) > width)
       lines.push_back(shortened(word, width, font));
     else
-      lines.back() += " " + word;
+      lines.back() = longer;
   }
   return lines;
 }
