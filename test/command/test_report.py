@@ -1,10 +1,12 @@
 """--report: one page that shows a result in a browser, whatever it is and whatever files are called."""
 
+import math
 import os
 
 from batches import BatchTest
 from browser import IS_INSTALLED, close_all, opened
-from command import NOT_CONVERGED, OUTPUT, USAGE, CommandTest, motion, moved, pcd, sampled_surface, surface
+from command import (
+    IDENTITY, NOT_CONVERGED, OUTPUT, USAGE, XYZ_DOUBLE, CommandTest, motion, moved, pcd, sampled_surface, surface)
 
 POINTS = surface()
 SOURCE = [moved(motion(3, (0.05, -0.08, 0.04)), point) for point in POINTS]
@@ -66,6 +68,30 @@ class Alignment(ReportTest):
             self.assertIn(name, page.text("[data-id=times]"))
         self.assertIn(f"--report {self.page}", page.text("[data-id=command]"))
         self.assertEqual(page.run("return floats(run.pairs[0].errors).length"), page.run("return run.pairs[0].result.iterations"))
+
+    def test_the_numbers_are_those_of_the_files(self):
+        offset = (512345.678, 5403210.987, 312.3)
+        source, target = ([tuple(a + b for a, b in zip(point, offset)) for point in points] for points in (SOURCE, POINTS))
+        names = [self.write(name, pcd(points, "binary", XYZ_DOUBLE)) for name, points in
+                 (("source.pcd", source), ("target.pcd", target))]
+        result = self.align(*names, "--report", self.page)
+        page = opened(self.page)
+        found = page.run("""
+            const [pair] = run.pairs, list = (block) => Array.from(floats(block));
+            return { source: list(pair.source.block), target: list(pair.target.block), centre: pair.centre,
+                     poses: pair.poses.map((pose) => ({ matrix: pose.matrix, distances: list(pose.block) })),
+                     counts: pair.histogram.counts, result: pair.result };""")
+        self.assertEqual(found["result"], result)
+        points = lambda numbers: [tuple(numbers[i : i + 3]) for i in range(0, len(numbers), 3)]
+        in_file = lambda point: tuple(a + b for a, b in zip(point, found["centre"]))
+        for shown, point in zip(points(found["target"]), target):
+            self.assertLess(math.dist(in_file(shown), point), 1e-6)
+        for pose, counts, matrix in zip(found["poses"], found["counts"], (IDENTITY, result["transform"])):
+            self.assertEqual(sum(counts), len(source))
+            for shown, distance, point in zip(points(found["source"]), pose["distances"], source):
+                place = moved(matrix, point)
+                self.assertLess(math.dist(in_file(moved(pose["matrix"], shown)), place), 1e-6)
+                self.assertAlmostEqual(distance, min(math.dist(place, other) for other in target), delta=1e-6)
 
     def test_on_a_phone(self):
         self.report()
