@@ -52,6 +52,10 @@ PCL_GPU_ICP_API Quality qualityOf(const Points& source,
                                   const RigidTransform& pose,
                                   unsigned threads = 0);
 
+/// From 0 to 1, whatever the clouds have in common: how closely what is near lies, and how much is. Compares poses of
+/// one pair.
+PCL_GPU_ICP_API double fitOf(const Quality& quality);
+
 /// Whether to believe a pose.
 enum class Verdict {
   Good,

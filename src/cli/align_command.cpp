@@ -2,12 +2,12 @@
 #include "cli/cloud_file.h"
 #include "cli/cloud_pair.h"
 #include "cli/commands.h"
-#include "cli/guess_search.h"
 #include "cli/icp_settings.h"
 #include "cli/interruption.h"
 #include "cli/live_line.h"
 #include "cli/options.h"
 #include "cli/output_file.h"
+#include "cli/pair_alignment.h"
 #include "cli/shown_pair.h"
 #include "cli/this_run.h"
 
@@ -65,25 +65,6 @@ Outputs openOutputs(const AlignOptions& options)
   return outputs;
 }
 
-/// \return the error of the pairs, by iteration
-std::vector<double> runIcp(Icp& icp, const CloudPair& pair, const AlignOptions& options, const Device& device)
-{
-  applySettings(icp, options);
-  applyPluginSettings(icp, options, device);
-  icp.setInputSource(pair.source->points);
-  icp.setInputTarget(pair.target->points);
-
-  LiveLine line(!options.quiet);
-  std::vector<double> errors;
-  icp.setIterationCallback([&](int iteration, double rmse, std::size_t searched) {
-    errors.push_back(rmse);
-    line.show(report::format("iteration %d  RMSE %.6g  searched %zu points", iteration, rmse, searched));
-  });
-  pcl::PointCloud<pcl::PointXYZ> aligned;
-  icp.align(aligned, detail::toMatrix<double>(pair.guess));
-  return errors;
-}
-
 /// \param source_file becomes the file of the source
 CloudPair timedRead(StageTimes& times, const AlignOptions& options, std::optional<Cloud>& source_file)
 {
@@ -102,26 +83,33 @@ Device timedSelect(StageTimes& times, const AlignOptions& options)
   return Device::select(options.device);
 }
 
-/// Shows how far it is, and what it warns of.
-std::optional<report::SearchedGuess>
-shownSearch(StageTimes& times, CloudPair& pair, const AlignOptions& options, const Device& device)
-{
-  LiveLine line(!options.quiet);
-  const auto known = static_cast<std::ptrdiff_t>(pair.warnings.size());
-  const auto searched = searchGuess(pair, options, device, nullptr, times, [&line](std::size_t done, std::size_t all) {
-    line.show(report::format("searching for a guess: %zu of %zu groups of starts", done, all));
-  });
-  line.clear();
-  if (!options.quiet)
-    print(Warnings(pair.warnings.begin() + known, pair.warnings.end()));
-  return searched;
-}
-
 std::optional<double> timedFitness(StageTimes& times, Icp& icp)
 {
   const Stopwatch watch(times, "fitness");
   const double fitness = icp.getFitnessScore();
   return fitness < std::numeric_limits<double>::max() ? std::optional(fitness) : std::nullopt;
+}
+
+/// Shows how far it is.
+IcpRun
+runIcp(const CloudPair& pair, const AlignmentOptions& options, const Device& device, LiveLine& line, StageTimes& times)
+{
+  Icp icp;
+  applySettings(icp, options);
+  applyPluginSettings(icp, options, device);
+  icp.setInputSource(pair.source->points);
+  icp.setInputTarget(pair.target->points);
+  IcpRun run;
+  icp.setIterationCallback([&](int iteration, double rmse, std::size_t searched) {
+    run.errors.push_back(rmse);
+    line.show(report::format("iteration %d  RMSE %.6g  searched %zu points", iteration, rmse, searched));
+  });
+  icp.alignWithoutOutput(detail::toMatrix<double>(pair.guess));
+  run.result.alignment = icp.getResult();
+  requireNoError(run.result.alignment);
+  run.result.transform = detail::toRigidTransform<double>(icp.getFinalTransformation());
+  run.result.fitness_score = timedFitness(times, icp);
+  return run;
 }
 
 void writeResults(Outputs& outputs,
@@ -132,7 +120,7 @@ void writeResults(Outputs& outputs,
   if (isAnswer(endingOf(report))) {
     if (outputs.cloud) {
       Cloud moved = source_file;
-      transform(moved, report.transform, options.drop_zero_returns);
+      transform(moved, report.transform, report.source_points.zero_returns > 0);
       outputs.cloud->write(writeCloud(moved, *formatOf(options.output)));
     }
     if (outputs.matrix)
@@ -157,41 +145,36 @@ void drawResults(Outputs& outputs,
     outputs.page->write(alignmentPage(report, view, errors, thisRun()));
 }
 
-ExitCode align(const AlignOptions& given)
+ExitCode align(const AlignOptions& options)
 {
-  AlignOptions options = given;
   Outputs outputs = openOutputs(options);
-  report::AlignmentReport report;
-  report.source = options.source;
-  report.target = options.target;
-  std::optional<Stopwatch> total(std::in_place, report.command_times, "total");
-
+  StageTimes times;
+  std::optional<Stopwatch> total(std::in_place, times, "total");
   std::optional<Cloud> source_file;
-  CloudPair pair = timedRead(report.command_times, options, source_file);
-  const RigidTransform start = pair.guess;
+  const CloudPair pair = timedRead(times, options, source_file);
   if (!options.quiet)
     print(pair.warnings);
   const Warnings left_out = outputs.cloud ? checkWritable(*source_file, options.output) : Warnings();
   if (!options.quiet)
     print(left_out);
-  const Device device = timedSelect(report.command_times, options);
-  report.searched_guess = shownSearch(report.command_times, pair, options, device);
-  report.found_overlap = findOverlap(pair, options, device, nullptr, report.command_times);
-  Icp icp;
-  const std::vector<double> errors = runIcp(icp, pair, options, device);
-  report.result = icp.getResult();
-  requireNoError(report.result);
-  report.fitness_score = timedFitness(report.command_times, icp);
+  const Device device = timedSelect(times, options);
+  LiveLine line(!options.quiet);
+  const StartSearch search(device, nullptr, times, [&line](std::size_t done, std::size_t all) {
+    line.show(report::format("searching for a guess: %zu of %zu groups of starts", done, all));
+  });
+  auto [report, errors] = alignPair(pair, options, search, [&](const CloudPair& from, const AlignmentOptions& with) {
+    return runIcp(from, with, device, line, times);
+  });
   total.reset();
-
-  describe(report, options, pair, detail::toRigidTransform<double>(icp.getFinalTransformation()));
+  line.clear();
+  report.command_times = times;
   append(report.warnings, left_out);
   const bool lacks_outputs = !isAnswer(endingOf(report)) && (outputs.cloud || outputs.matrix);
   writeResults(outputs, *source_file, report, options);
   if (outputs.png || outputs.page)
     drawResults(outputs,
                 report,
-                shownPair(pair, {{"before", pair.inFileCoordinates(start)}, {"after", report.transform}}),
+                shownPair(pair, {{"before", pair.inFileCoordinates(pair.guess)}, {"after", report.transform}}),
                 errors);
   // Only now that all are on the disk may any take its name.
   for (const auto* file : outputs.all())

@@ -74,11 +74,12 @@ std::optional<std::string> zeroReturns(const std::vector<std::array<double, 3>>&
   constexpr std::size_t one_in = 100;
   if (zeros < fewest || zeros < points.size() / one_in)
     return std::nullopt;
-  return report::format("%s: %zu of %zu points are at exactly (0, 0, 0), where some sensors put what they did not see; "
-                        "--drop-zero-returns leaves them out",
-                        path.c_str(),
-                        zeros,
-                        points.size());
+  return report::format(
+      "%s: %zu of %zu points are at exactly (0, 0, 0), where some sensors put what they did not see: left "
+      "out; --drop-zero-returns=false keeps them",
+      path.c_str(),
+      zeros,
+      points.size());
 }
 
 } // namespace pcl_gpu_icp::cli

@@ -3,6 +3,7 @@
 #include "cli/number.h"
 
 #include <cmath>
+#include <cstdint>
 
 namespace pcl_gpu_icp::cli {
 namespace {
@@ -83,14 +84,17 @@ void addPairOptions(CLI::App& command, AlignmentOptions& options)
       .add_option("--translation-epsilon",
                   options.translation_epsilon,
                   "converged when an iteration moves the cloud by no more than this, and turns it by no more than the "
-                  "rotation epsilon. PCL's setTransformationEpsilon takes its square (default: 0)")
-      ->check(positiveNumber())
+                  "rotation epsilon. PCL's setTransformationEpsilon takes its square (default: a thousandth of the "
+                  "target's spacing, and of compare 0)")
+      ->check(numberIn("a finite number from 0", [](double value) { return value >= 0; }))
       ->type_name("DISTANCE");
   command
       .add_option("--rotation-epsilon",
                   options.rotation_epsilon,
                   "the angle that goes with --translation-epsilon. PCL's setTransformationRotationEpsilon takes its "
-                  "cosine (default: PCL's, whose cosine is 1 - translation epsilon squared)")
+                  "cosine (default: what moves a point at the source's radius as far as that default; with a "
+                  "translation epsilon "
+                  "PCL's, whose cosine is 1 - translation epsilon squared)")
       ->check(
           numberIn("a number of degrees above 0 and up to 180", [](double value) { return value > 0 && value <= 180; }))
       ->type_name("DEGREES");
@@ -110,9 +114,11 @@ void addPairOptions(CLI::App& command, AlignmentOptions& options)
   command.add_option("--trim", options.trim, "keep only this fraction of the pairs, the closest")
       ->check(numberIn("a fraction above 0 and up to 1", [](double value) { return value > 0 && value <= 1; }))
       ->type_name("FRACTION");
-  command.add_flag("--drop-zero-returns",
-                   options.drop_zero_returns,
-                   "leave out points at exactly (0, 0, 0), which some sensors write where they saw nothing");
+  command.add_flag_function(
+      "--drop-zero-returns",
+      [&options](std::int64_t count) { options.drop_zero_returns = count > 0; },
+      "leave out points at exactly (0, 0, 0), which some sensors write where they saw nothing (default: where they are "
+      "one in a hundred or more); --drop-zero-returns=false keeps them");
   command.add_flag("--anderson",
                    options.anderson,
                    "extrapolate from the last iterations (Anderson acceleration): fewer iterations, on another path");
@@ -138,7 +144,7 @@ void addPairOptions(CLI::App& command, AlignmentOptions& options)
           [&options](const std::string& text) { options.finds_overlap = text == "auto"; },
           "auto: for clouds that overlap in part, nobody knows how much: brings what they have in common onto each "
           "other, coarse to fine, and goes on from there with a loss, --loss or geman-mcclure of one spacing of the "
-          "points")
+          "points (default: where the alignment comes to no good pose without)")
       ->check(CLI::Validator([](const std::string& text) { return text == "auto" ? "" : text + " is not auto"; }, ""))
       ->type_name("auto");
   addChoice(command,
@@ -157,13 +163,18 @@ void addPairOptions(CLI::App& command, AlignmentOptions& options)
       {{"fail", Undetermined::Fail}, {"solve", Undetermined::Solve}, {"keep", Undetermined::Keep}},
       "where the pairs leave motions undetermined, such as along a corridor: fail, no answer (the default); solve, "
       "take what noise makes of them; or keep, leave those motions as the guess has them");
+  command.add_flag(
+      "--once",
+      options.once,
+      "align once: a pose that is not good is not tried to be bettered as by --overlap auto, nor one that is wrong, "
+      "where no --guess is given, as by --guess auto");
   command.add_flag("--strict", options.strict, "take no answer but one whose verdict is good");
   addChoice(command,
             "--search",
             options.search,
             {{"pcl", CorrespondenceSearch::PclKdTree}, {"device", CorrespondenceSearch::DeviceKdTree}},
-            "what finds the correspondences: pcl, which is PCL's KD-tree on the host (the default), or device, a tree "
-            "on the device, which then does the whole iteration");
+            "what finds the correspondences: device, a tree on the device, which then does the whole iteration (the "
+            "default), or pcl, which is PCL's KD-tree on the host");
   addChoice(command,
             "--pipeline",
             options.pipeline,

@@ -20,21 +20,22 @@ struct AlignmentOptions {
   std::optional<std::string> guess; ///< a file name or numbers
   std::optional<double> max_distance;
   int iterations = 100;
-  std::optional<double> translation_epsilon; ///< a distance
+  std::optional<double> translation_epsilon; ///< a distance; 0: none
   std::optional<double> rotation_epsilon;    ///< degrees
   std::optional<double> fitness_epsilon;
   std::optional<double> leaf;
   bool anderson = false;
   bool reciprocal = false;
   std::optional<double> trim;
-  bool drop_zero_returns = false;
+  std::optional<bool> drop_zero_returns; ///< unset: where they are many
   Metric metric = Metric::Point;
   Loss loss;
   Motions motions = Motions::Rigid;
   Undetermined undetermined = Undetermined::Fail;
   bool strict = false;
   bool finds_overlap = false; ///< --overlap auto
-  CorrespondenceSearch search = CorrespondenceSearch::PclKdTree;
+  bool once = false;          ///< no other start is tried
+  CorrespondenceSearch search = CorrespondenceSearch::DeviceKdTree;
   Pipeline pipeline = Pipeline::Fused;
   std::string device;
   unsigned threads = 0;

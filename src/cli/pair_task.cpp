@@ -1,8 +1,8 @@
 #include "cli/pair_task.h"
 
 #include "cli/failure.h"
-#include "cli/guess_search.h"
 #include "cli/icp_settings.h"
+#include "cli/pair_alignment.h"
 #include "cli/shown_pair.h"
 
 #include <pcl_gpu_icp/error.h>
@@ -33,38 +33,39 @@ CloudPair PairTask::read()
 
 BatchResult PairTask::align(DeviceLane& lane)
 {
-  AlignmentOptions options = pair_->alignment;
-  report::AlignmentReport report;
+  StageTimes times;
+  std::optional<Stopwatch> total(std::in_place, times, "total");
+  std::optional<Stopwatch> reading(std::in_place, times, "read");
+  const CloudPair clouds = read();
+  reading.reset();
+  const StartSearch search(lane.device, lane.share, times);
+  const auto run = [&lane](const CloudPair& pair, const AlignmentOptions& options) {
+    IterativeClosestPoint<pcl::PointXYZ, pcl::PointXYZ, double> icp;
+    applySettings(icp, options);
+    applyPluginSettings(icp, options, lane.device);
+    icp.setInputSource(pair.source->points);
+    icp.setInputTarget(pair.target->points);
+    IcpRun done;
+    icp.setIterationCallback([&done](int, double rmse, std::size_t) { done.errors.push_back(rmse); });
+    done.result = BatchAligner::align(lane, icp, detail::toMatrix<double>(pair.guess), true);
+    requireNoError(done.result.alignment);
+    if (done.result.alignment.reason == Reason::Cancelled)
+      throw Cancelled(done.result.alignment.message);
+    return done;
+  };
+  auto [report, errors] = alignPair(clouds, pair_->alignment, search, run);
+  total.reset();
+  report.command_times = std::move(times);
   report.source = pair_->identity.source;
   report.target = pair_->identity.target;
-  std::optional<Stopwatch> total(std::in_place, report.command_times, "total");
-  std::optional<Stopwatch> reading(std::in_place, report.command_times, "read");
-  CloudPair clouds = read();
-  const RigidTransform start = clouds.guess;
-  reading.reset();
-  report.searched_guess = searchGuess(clouds, options, lane.device, lane.share, report.command_times);
-  report.found_overlap = findOverlap(clouds, options, lane.device, lane.share, report.command_times);
-  IterativeClosestPoint<pcl::PointXYZ, pcl::PointXYZ, double> icp;
-  applySettings(icp, options);
-  applyPluginSettings(icp, options, lane.device);
-  icp.setInputSource(clouds.source->points);
-  icp.setInputTarget(clouds.target->points);
-  std::vector<double> errors;
-  icp.setIterationCallback([&errors](int, double rmse, std::size_t) { errors.push_back(rmse); });
-  BatchResult result = BatchAligner::align(lane, icp, detail::toMatrix<double>(clouds.guess), true);
-  total.reset();
-
-  requireNoError(result.alignment);
-  if (result.alignment.reason == Reason::Cancelled)
-    return result;
-  report.result = result.alignment;
-  report.fitness_score = result.fitness_score;
-  describe(report, options, clouds, result.transform);
   if (shown_points_ > 0)
-    shown_ = {
-        pair_->identity.pair,
-        shownPair(clouds, {{"before", clouds.inFileCoordinates(start)}, {"after", report.transform}}, shown_points_),
-        std::move(errors)};
+    shown_ = {pair_->identity.pair,
+              shownPair(clouds,
+                        {{"before", clouds.inFileCoordinates(clouds.guess)}, {"after", report.transform}},
+                        shown_points_),
+              std::move(errors)};
+  BatchResult result;
+  result.alignment = report.result;
   report_ = std::move(report);
   return result;
 }

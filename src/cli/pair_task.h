@@ -18,7 +18,7 @@
 namespace pcl_gpu_icp::cli {
 
 /// What is made of a file, and how: the file, whether zero returns are dropped, the edge of the voxels.
-using PreparedFile = std::tuple<std::string, bool, std::optional<double>>;
+using PreparedFile = std::tuple<std::string, std::optional<bool>, std::optional<double>>;
 /// The clouds of the pairs that are aligned: a file that several need at a time is read once.
 using PreparedClouds = search::SharedCache<PreparedCloud, PreparedFile>;
 

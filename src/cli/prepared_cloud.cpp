@@ -100,10 +100,11 @@ PreparedCloud prepare(const Cloud& cloud, const std::string& path, const Alignme
   auto& counts = result.counts;
   counts.in_file = points.size();
   counts.non_finite = removeWhere(points, [](const Point& point) { return !isFinite(point); });
-  if (options.drop_zero_returns)
-    counts.zero_returns = removeWhere(points, [](const Point& point) { return point == Point{}; });
-  else if (const auto warning = zeroReturns(points, path))
+  const auto warning = zeroReturns(points, path);
+  if (warning && !options.drop_zero_returns)
     result.warnings.push_back(*warning);
+  if (options.drop_zero_returns.value_or(warning.has_value()))
+    counts.zero_returns = removeWhere(points, [](const Point& point) { return point == Point{}; });
   if (from_double && !points.empty()) {
     // What float cannot hold about the middle of the cloud would become infinite.
     result.origin = middle(points);

@@ -10,6 +10,7 @@
 #include <pcl/point_types.h>
 
 #include <array>
+#include <cmath>
 #include <memory>
 #include <string>
 
@@ -21,9 +22,12 @@ struct PreparedCloud {
   std::array<double, 3> origin{};   ///< zero for a file whose coordinates are float
   std::array<double, 3> centroid{}; ///< in the coordinates of the file, but for points far from all others
   double extent = 0;                ///< twice the root mean square distance from it
-  CloudScale scale;
+  CloudScale scale;                 ///< before voxels merged any
   report::PointCounts counts;
   Warnings warnings; ///< of reading and preparing the file
+
+  /// Of points spread over a surface of that scale.
+  double spacing() const { return scale.extent / std::sqrt(static_cast<double>(points->size())); }
 };
 
 /// \throws Failure (Input) where no point is left

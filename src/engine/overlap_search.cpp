@@ -5,7 +5,6 @@
 
 #include <pcl_gpu_icp/icp_loop.h>
 
-#include <algorithm>
 #include <cmath>
 #include <map>
 
@@ -51,15 +50,6 @@ RigidTransform refined(Level& level, const RigidTransform& start, double scale, 
       break;
   }
   return pose;
-}
-
-/// From 0 to 1, whatever the clouds have in common: how closely what is near lies, and how much is.
-double fitOf(const Quality& quality)
-{
-  const double overlap = std::sqrt(quality.after.source * quality.after.target);
-  if (!quality.surfaces)
-    return 0.5 * quality.concentration * overlap;
-  return quality.concentration * quality.surfaces->alike * std::max(0.0, 1 - quality.surfaces->distance) * overlap;
 }
 
 } // namespace

@@ -252,6 +252,14 @@ private:
 
 } // namespace
 
+double fitOf(const Quality& quality)
+{
+  const double overlap = std::sqrt(quality.after.source * quality.after.target);
+  if (!quality.surfaces)
+    return 0.5 * quality.concentration * overlap;
+  return quality.concentration * quality.surfaces->alike * std::max(0.0, 1 - quality.surfaces->distance) * overlap;
+}
+
 Quality qualityOf(const Points& source,
                   const Points& target,
                   const RigidTransform& guess,

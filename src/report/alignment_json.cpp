@@ -36,6 +36,14 @@ Json guessJson(const AlignmentReport& report)
           {"next_score", guess.next_score ? Json(*guess.next_score) : Json()}};
 }
 
+Json triedJson(const std::vector<TriedStart>& tried)
+{
+  Json json = Json::array();
+  for (const TriedStart& start : tried)
+    json.push_back({{"from", nameOf(start)}, {"verdict", toString(start.verdict)}, {"taken", start.taken}});
+  return json;
+}
+
 } // namespace
 
 Json alignmentJson(const AlignmentReport& report)
@@ -56,6 +64,7 @@ Json alignmentJson(const AlignmentReport& report)
   json["overlap"] = nullptr;
   if (const auto& overlap = report.found_overlap)
     json["overlap"] = {{"share", overlap->share}, {"ways", overlap->ways}};
+  json["tried"] = triedJson(report.tried);
   json["search"] = toString(result.search);
   json["pipeline"] = toString(result.pipeline);
   json["device_bytes"] = result.device_bytes;

@@ -43,6 +43,15 @@ std::string guessText(const SearchedGuess& guess)
          (guess.next_score ? format("; the next best that is elsewhere %.2g\n", *guess.next_score) : "\n");
 }
 
+std::string triedText(const std::vector<TriedStart>& tried)
+{
+  std::string text;
+  for (const TriedStart& start : tried)
+    text += std::string(text.empty() ? "tried      " : "           ") + "from " + nameOf(start) + ": " +
+            toString(start.verdict) + (start.taken ? ", taken\n" : "\n");
+  return text;
+}
+
 const char* improvement(const AlignmentReport& report)
 {
   const double change = changeOfDistance(report);
@@ -50,6 +59,13 @@ const char* improvement(const AlignmentReport& report)
 }
 
 } // namespace
+
+std::string nameOf(const TriedStart& start)
+{
+  if (!start.overlap)
+    return start.searched ? "a search" : "the guess";
+  return std::string(start.searched ? "a search and " : "") + "what they have in common";
+}
 
 std::string toText(const AlignmentReport& report)
 {
@@ -60,6 +76,8 @@ std::string toText(const AlignmentReport& report)
   for (const std::string& advice : adviceFor(report))
     text += "try        " + advice + "\n";
   text += "result     " + endingText(report) + "\n";
+  if (report.tried.size() > 1)
+    text += triedText(report.tried);
   text += "device     " + result.device.name + " (" + toString(result.device.type) + ", " + result.device.platform +
           ", driver " + result.device.driver + ")\n";
   text += std::string("metric     ") + toString(result.metric) + lossText(result);

@@ -35,6 +35,14 @@ struct FoundOverlap {
   std::size_t ways = 0; ///< that were tried
 };
 
+/// Where an alignment started, and what came of it.
+struct TriedStart {
+  bool searched = false; ///< from anywhere; else the guess
+  bool overlap = false;  ///< and from there by what the clouds have in common
+  Verdict verdict = Verdict::Wrong;
+  bool taken = false;
+};
+
 struct AlignmentReport {
   std::string source; ///< file names as given
   std::string target;
@@ -44,6 +52,7 @@ struct AlignmentReport {
   RigidTransform transform;                    ///< source to target, in the coordinates of the files
   std::optional<SearchedGuess> searched_guess; ///< none: the guess was given
   std::optional<FoundOverlap> found_overlap;   ///< none: it was not searched for
+  std::vector<TriedStart> tried;               ///< in this order, of which one was taken
   std::optional<double> fitness_score;
   bool only_good = false;          ///< a doubtful pose is no answer
   bool takes_undetermined = false; ///< motions that are not determined are no reason for having no answer
@@ -54,6 +63,9 @@ struct AlignmentReport {
   std::vector<std::string> warnings;      ///< what of the files may not be as meant, a line each
   StageTimes command_times;               ///< what the command did around the alignment, and "total"
 };
+
+/// "the guess", "what they have in common", "a search", "a search and what they have in common".
+std::string nameOf(const TriedStart& start);
 
 std::string toText(const AlignmentReport& report);
 

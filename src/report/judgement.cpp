@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 namespace pcl_gpu_icp::report {
 namespace {
@@ -24,7 +25,7 @@ Judgement judgementOfPose(const AlignmentReport& report)
   };
   if (degeneracyOf(report.result) != Degeneracy::None)
     doubt("not determined: " + undeterminedText(report.result));
-  if (report.searched_guess && report.searched_guess->is_ambiguous)
+  if (judgement.verdict != Verdict::Wrong && report.searched_guess && report.searched_guess->is_ambiguous)
     doubt(format("two poses fit, with scores of %.2g and %.2g",
                  report.searched_guess->score,
                  *report.searched_guess->next_score));
@@ -52,13 +53,16 @@ std::vector<std::string> adviceFor(const AlignmentReport& report)
   const Verdict verdict = judgementOf(report).verdict;
   if (verdict == Verdict::Good || !result.quality || degeneracyOf(result) != Degeneracy::None)
     return advice;
-  if (verdict == Verdict::Wrong && !report.searched_guess)
+  const auto has = [&report](bool TriedStart::*kind) {
+    return std::any_of(report.tried.begin(), report.tried.end(), std::mem_fn(kind));
+  };
+  if (!has(&TriedStart::searched))
     advice.push_back("--guess auto searches for where to start");
   if (result.reason == Reason::Iterations && result.iterations == report.iteration_limit)
     advice.push_back("--iterations allows more of them: these were the last allowed");
   if (report.max_distance && result.inliers == result.source_points)
     advice.push_back(format("a smaller --max-distance: %g leaves out no pair", *report.max_distance));
-  if (verdict == Verdict::Doubtful && !result.loss.weighs() && result.quality->after.source < 1)
+  if (verdict == Verdict::Doubtful && !has(&TriedStart::overlap) && result.quality->after.source < 1)
     advice.push_back("--overlap auto takes clouds that overlap in part");
   return advice;
 }

@@ -58,24 +58,24 @@ class Manifests(BatchTest):
     def test_options_of_a_line(self):
         rows = self.pairs(3)
         columns = ("target", "iterations", "reciprocal", "source", "leaf")
-        lines = [(rows[0][1], "2", "", rows[0][0], ""), (rows[1][1], "", "false", rows[1][0], "0.60"),
+        lines = [(rows[0][1], "1", "", rows[0][0], ""), (rows[1][1], "", "false", rows[1][0], "0.60"),
                  (rows[2][1], "", "", rows[2][0], "")]
         objects = [
-            {"source": rows[0][0], "target": rows[0][1], "iterations": 2},
+            {"source": rows[0][0], "target": rows[0][1], "iterations": 1},
             {"source": rows[1][0], "target": rows[1][1], "reciprocal": False, "leaf": 0.6},
             {"source": rows[2][0], "target": rows[2][1]}]
         expected = [
-            {"iterations": "2", "reciprocal": "true"}, {"iterations": "3", "reciprocal": "false", "leaf": "0.6"},
-            {"iterations": "3", "reciprocal": "true"}]
+            {"iterations": "1", "reciprocal": "true"}, {"iterations": "2", "reciprocal": "false", "leaf": "0.6"},
+            {"iterations": "2", "reciprocal": "true"}]
         for manifest in (self.manifest(lines, columns), self.write("m.jsonl", json_lines(objects))):
             with self.subTest(manifest):
-                results, summary = self.batch(manifest, "--iterations", "3", "--reciprocal", "--force")
+                results, summary = self.batch(manifest, "--iterations", "2", "--reciprocal", "--force")
                 self.assertEqual([results[i]["options"] for i in range(3)], expected)
-                self.assertEqual(summary["settings"]["options"], {"iterations": "3", "reciprocal": "true"})
-                self.assertEqual([results[i]["iterations"] for i in range(3)], [2, 3, 3])
-                for i, arguments in enumerate((["--iterations", "2", "--reciprocal"],
-                                               ["--iterations", "3", "--leaf", "0.6"],
-                                               ["--iterations", "3", "--reciprocal"])):
+                self.assertEqual(summary["settings"]["options"], {"iterations": "2", "reciprocal": "true"})
+                self.assertEqual([results[i]["iterations"] for i in range(3)], [1, 2, 2])
+                for i, arguments in enumerate((["--iterations", "1", "--reciprocal"],
+                                               ["--iterations", "2", "--leaf", "0.6"],
+                                               ["--iterations", "2", "--reciprocal"])):
                     alone = self.align(self.path(rows[i][0]), self.path(rows[i][1]), *arguments)
                     self.assertEqual(results[i]["transform"], alone["transform"])
 
@@ -199,7 +199,7 @@ class Outcomes(BatchTest):
         rows = self.pairs(2)
         self.write("far.pcd", pcd([(x + 1000, y, z) for x, y, z in POINTS]))
         done = self.fail_with(NOT_CONVERGED, "batch", self.manifest([*rows, ("scan_0.pcd", "far.pcd")]), "-o",
-                              self.path("out"), "--max-distance", "1", names="of 3 pairs 0 failed and 1 have no answer")
+                              self.path("out"), "--max-distance", "1", "--once", names="of 3 pairs 0 failed and 1 have no answer")
         self.assertIn("scan_0.pcd onto far.pcd: no answer: no pair within --max-distance 1", done.stdout)
         result = self.results()[2]
         self.assertEqual((result["status"], result["converged"]), ("not converged", False))

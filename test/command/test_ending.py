@@ -48,6 +48,7 @@ class Endings(BatchTest):
 
     def no_answer(self, source, target, *arguments, ending, says, verdict="wrong"):
         """Neither align nor a batch calls it converged, and neither writes what is no answer."""
+        arguments = (*arguments, "--once")
         output = self.path("aligned.pcd")
         done = self.fail_with(
             NOT_CONVERGED, "align", source, target, *arguments, "--json", "-", "-o", output, names=[source, *says])

@@ -419,7 +419,7 @@ class Files(CommandTest):
     def test_not_converged_writes_only_the_json(self):
         far = self.write("far.pcd", pcd([(x + 1000, y, z) for x, y, z in POINTS]))
         self.fail_with(
-            NOT_CONVERGED, "align", self.source, far, "--max-distance", "1", "-o", self.path("out.pcd"),
+            NOT_CONVERGED, "align", self.source, far, "--once", "--max-distance", "1", "-o", self.path("out.pcd"),
             "--matrix", self.path("m.txt"), "--json", self.path("r.json"), names=["no answer: no pair within", "not written"])
         self.assertEqual(self.files(), self.inputs | {"far.pcd", "r.json"})
         self.assertFalse(self.checked(read(self.path("r.json")))["converged"])

@@ -64,7 +64,7 @@ class Picture(CommandTest):
     def test_where_there_is_no_answer_too(self):
         far = self.write("far.pcd", pcd([(x + 50, y, z) for x, y, z in POINTS]))
         self.fail_with(
-            NOT_CONVERGED, "align", far, self.target, "--max-distance", "1", "--png", self.png, "--matrix",
+            NOT_CONVERGED, "align", far, self.target, "--max-distance", "1", "--once", "--png", self.png, "--matrix",
             self.path("matrix.txt"), "--quiet")
         self.assertEqual(width_of(self.png), 1600)
         self.assertFalse(os.path.exists(self.path("matrix.txt")))

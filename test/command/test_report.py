@@ -134,7 +134,8 @@ class Alignment(ReportTest):
     def test_no_pairs(self):
         self.fail_with(
             NOT_CONVERGED, "align", self.cloud("far.pcd", [(x + 5e6, y, z) for x, y, z in POINTS]),
-            self.cloud("target.pcd", [*POINTS, (1e17, 0, 0)]), "--max-distance", "1", "--report", self.page, "--quiet")
+            self.cloud("target.pcd", [*POINTS, (1e17, 0, 0)]), "--max-distance", "1", "--once", "--report", self.page,
+            "--quiet")
         page = opened(self.page)
         self.assertEqual(page.text(".chip"), "wrong")
         self.assert_sound(page)

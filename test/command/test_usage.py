@@ -42,7 +42,7 @@ class Usage(CommandTest):
     def test_numbers_out_of_range(self):
         for option, values in {
             "--max-distance": ["0", "-1", "nan", "inf", "1e999", "far", "1m", ""],
-            "--translation-epsilon": ["0", "-1e-9", "nan"],
+            "--translation-epsilon": ["-1e-9", "nan"],
             "--rotation-epsilon": ["0", "-1", "181", "nan"],
             "--fitness-epsilon": ["0", "-1", "inf"],
             "--leaf": ["0", "-0.1", "nan"],

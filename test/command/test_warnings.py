@@ -26,8 +26,9 @@ class Warnings(CommandTest):
         zeros = pcd(POINTS + [(0.0, 0.0, 0.0)] * 40)
         [line] = self.warned(zeros, pcd(TARGET))
         self.assertIn("source.pcd: 41 of 520 points are at exactly (0, 0, 0)", line)
-        self.assertIn("--drop-zero-returns", line)
-        self.assertEqual(self.warned(zeros, pcd(TARGET), "--drop-zero-returns"), [])
+        self.assertIn("left out; --drop-zero-returns=false keeps them", line)
+        for told in ("--drop-zero-returns", "--drop-zero-returns=false"):
+            self.assertEqual(self.warned(zeros, pcd(TARGET), told), [])
         self.assertEqual(self.warned(pcd(POINTS + [(0.0, 0.0, 0.0)] * 2), pcd(TARGET)), [])
         self.assertEqual(len(self.warned(zeros, zeros)), 2)
 

@@ -335,6 +335,12 @@ std::vector<Pair> makePairs(const std::string& scans, int repetitions, unsigned 
   return list.take();
 }
 
+Affine3d nearbyGuess(std::mt19937& generator, const Pair& pair)
+{
+  const double degrees = uniform(generator, 0, 30), shift = uniform(generator, 0, 0.25);
+  return motion(generator, *pair.target, degrees, shift) * pair.truth;
+}
+
 double errorOf(const Pair& pair, const Eigen::Affine3d& answer)
 {
   double sum = 0;

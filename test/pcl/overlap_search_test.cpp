@@ -38,25 +38,6 @@ aligned(const Cloud::Ptr& source, const Cloud::Ptr& target, const Eigen::Matrix4
   return Eigen::Affine3d(icp.getFinalTransformation());
 }
 
-/// By up to 30 degrees about the centre of the target and a quarter of its root mean square radius, some tenth of its
-/// extent.
-Eigen::Affine3d nearbyMotion(std::mt19937& generator, const Cloud& target)
-{
-  const Lever lever = leverOf(search::pointsOf(target));
-  const Eigen::Vector3d centre(lever.centre[0], lever.centre[1], lever.centre[2]);
-  std::normal_distribution<double> normal;
-  std::uniform_real_distribution<double> share(0, 1);
-  const auto direction = [&] {
-    Eigen::Vector3d vector;
-    for (double& x : vector)
-      x = normal(generator);
-    return vector.normalized();
-  };
-  const Eigen::Vector3d axis = direction(), shift = 0.25 * lever.length * share(generator) * direction();
-  return Eigen::Translation3d(centre + shift) * Eigen::AngleAxisd(share(generator) * M_PI / 6, axis) *
-         Eigen::Translation3d(-centre);
-}
-
 TEST(OverlapSearch, LeadsToTheRightPoseWhereIcpAloneDoesNot)
 {
   if (!scans::areThere())
@@ -71,11 +52,11 @@ TEST(OverlapSearch, LeadsToTheRightPoseWhereIcpAloneDoesNot)
   bool second = false;
   for (const made_pairs::Pair& pair : made_pairs::makePairs(scans::folder, wanted ? std::atoi(wanted) : 1, 5)) {
     second = !second;
-    if (!second || !pair.isRelated() || pair.kind == "overlap 20" || pair.kind == "overlap 35")
+    if (!second || !pair.hasHalfInCommon())
       continue; // the guesses are others here
     SCOPED_TRACE(pair.kind + " " + pair.clouds);
     const Points source = search::pointsOf(*pair.source), target = search::pointsOf(*pair.target);
-    const Eigen::Matrix4d guess = (nearbyMotion(generator, *pair.target) * pair.truth).matrix();
+    const Eigen::Matrix4d guess = made_pairs::nearbyGuess(generator, pair).matrix();
     const OverlapSearchResult found = search.search(source, target, detail::toRigidTransform<double>(guess));
     ASSERT_GT(found.ways, 0U);
     const double right = 3 * found.quality.spacing;

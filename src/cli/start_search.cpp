@@ -1,0 +1,77 @@
+#include "cli/start_search.h"
+
+#include <pcl_gpu_icp/overlap_search.h>
+#include <pcl_gpu_icp/pose_search.h>
+#include <pcl_gpu_icp/quality.h>
+#include <pcl_gpu_icp/search/points_of.h>
+#include <pcl_gpu_icp/stopwatch.h>
+
+#include <utility>
+
+namespace pcl_gpu_icp::cli {
+namespace {
+
+/// Whether the points are as near the target at the second pose as at the first, or nearly so: scores alone, which go
+/// by voxels, are alike for two sides of a relief as well.
+bool fitsAsClosely(const Points& source, const Points& target, const PoseSearchResult& found)
+{
+  constexpr double nearly = 1.5, noise = 0.05; // spacings
+  const auto medianAt = [&](const PoseCandidate& pose) {
+    return qualityOf(source, target, pose.transform, pose.transform).median_distance;
+  };
+  return medianAt(found.poses[1]) <= nearly * medianAt(found.poses[0]) + noise;
+}
+
+} // namespace
+
+StartSearch::StartSearch(const Device& device, std::shared_ptr<DeviceShare> share, StageTimes& times, Progress progress)
+: device_(device)
+, share_(std::move(share))
+, times_(times)
+, progress_(std::move(progress))
+{
+}
+
+std::optional<Start> StartSearch::fromAnywhere(const Start& start) const
+{
+  const Stopwatch watch(times_, "guess");
+  Start result = start;
+  CloudPair& pair = result.pair;
+  PoseSearch search(device_);
+  search.setMotions(start.options.motions);
+  search.setShare(share_);
+  search.setProgress(progress_);
+  const Points source = search::pointsOf(*pair.source->points), target = search::pointsOf(*pair.target->points);
+  const PoseSearchResult found = search.search(source, target, pair.guess);
+  if (found.poses.empty())
+    return std::nullopt;
+  pair.guess = found.poses[0].transform;
+  report::SearchedGuess& searched = result.searched_guess.emplace();
+  searched.starts = found.starts;
+  searched.score = found.poses[0].score;
+  if (found.poses.size() > 1)
+    searched.next_score = found.poses[1].score;
+  searched.is_ambiguous = found.isAmbiguous() && fitsAsClosely(source, target, found);
+  return result;
+}
+
+std::optional<Start> StartSearch::fromOverlap(const Start& start) const
+{
+  const Stopwatch watch(times_, "overlap");
+  Start result = start;
+  CloudPair& pair = result.pair;
+  OverlapSearch search(device_);
+  search.setMotions(start.options.motions);
+  search.setShare(share_);
+  const OverlapSearchResult found =
+      search.search(search::pointsOf(*pair.source->points), search::pointsOf(*pair.target->points), pair.guess);
+  if (found.ways == 0)
+    return std::nullopt;
+  pair.guess = found.transform;
+  if (!result.options.loss.weighs())
+    result.options.loss = {LossFunction::GemanMcClure, found.quality.spacing};
+  result.found_overlap = {found.quality.after.source, found.ways};
+  return result;
+}
+
+} // namespace pcl_gpu_icp::cli
