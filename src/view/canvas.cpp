@@ -1,7 +1,5 @@
 #include "view/canvas.h"
 
-#include <cairo.h>
-
 #include <cmath>
 #include <sstream>
 #include <stdexcept>
@@ -22,6 +20,16 @@ void require(cairo_status_t status)
 bool startsCharacter(char c) { return (static_cast<unsigned char>(c) & 0xc0) != 0x80; }
 
 } // namespace
+
+Colour between(Colour a, Colour b, double share)
+{
+  Colour mixed = 0;
+  for (const int shift : {16, 8, 0}) {
+    const double from = a >> shift & 0xff, to = b >> shift & 0xff;
+    mixed |= static_cast<Colour>(std::lround(from + share * (to - from))) << shift;
+  }
+  return mixed;
+}
 
 void Canvas::Free::operator()(cairo_t* context) const { cairo_destroy(context); }
 void Canvas::Free::operator()(cairo_surface_t* surface) const { cairo_surface_destroy(surface); }
@@ -159,29 +167,27 @@ std::vector<std::string> Canvas::wrapped(const std::string& text, double width, 
   std::vector<std::string> lines;
   std::istringstream words(text);
   for (std::string word; words >> word;) {
-    if (lines.empty() || widthOf(lines.back() + " " + word, font) > width)
+    std::string longer = lines.empty() ? "" : lines.back() + ' ';
+    longer += word;
+    if (lines.empty() || widthOf(longer, font) > width)
       lines.push_back(shortened(word, width, font));
     else
-      lines.back() += " " + word;
+      lines.back() = longer;
   }
   return lines;
 }
 
-void Canvas::blend(int x, int y, Colour colour, double opacity)
+void Canvas::paint(int x, int y, int width, int height, const std::function<Paint(int column, int row)>& paint_of)
 {
-  if (x < 0 || y < 0 || x >= cairo_image_surface_get_width(surface_.get()) ||
-      y >= cairo_image_surface_get_height(surface_.get()))
-    return;
   cairo_surface_flush(surface_.get());
-  auto* const row = cairo_image_surface_get_data(surface_.get()) +
-                    static_cast<std::ptrdiff_t>(y) * cairo_image_surface_get_stride(surface_.get());
-  Colour& pixel = reinterpret_cast<Colour*>(row)[x];
-  Colour mixed = 0;
-  for (const int shift : {16, 8, 0}) {
-    const double value = channel(pixel, shift) + opacity * (channel(colour, shift) - channel(pixel, shift));
-    mixed |= static_cast<Colour>(std::lround(255 * value)) << shift;
+  auto* const data = cairo_image_surface_get_data(surface_.get());
+  const std::ptrdiff_t stride = cairo_image_surface_get_stride(surface_.get());
+  for (int row = 0; row < height; ++row) {
+    auto* const pixels = reinterpret_cast<Colour*>(data + (y + row) * stride) + x;
+    for (int column = 0; column < width; ++column)
+      if (const Paint paint = paint_of(column, row); paint.opacity > 0)
+        pixels[column] = between(pixels[column], paint.colour, paint.opacity);
   }
-  pixel = mixed;
   cairo_surface_mark_dirty(surface_.get());
 }
 

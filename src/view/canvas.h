@@ -1,17 +1,21 @@
 #pragma once
 
+#include <cairo.h>
+
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
-
-using cairo_t = struct _cairo;
-using cairo_surface_t = struct _cairo_surface;
 
 namespace pcl_gpu_icp::view {
 
 /// 0xRRGGBB.
 using Colour = std::uint32_t;
+
+/// \param share of the second
+Colour between(Colour a, Colour b, double share);
 
 /// A picture that is drawn, in pixels from the upper left corner.
 class Canvas {
@@ -42,8 +46,12 @@ public:
   /// Lines no wider than that, broken at blanks.
   std::vector<std::string> wrapped(const std::string& text, double width, const Font& font);
 
-  /// One pixel; outside of the picture nothing.
-  void blend(int x, int y, Colour colour, double opacity);
+  struct Paint {
+    Colour colour = 0;
+    double opacity = 0;
+  };
+  /// Each pixel of a box within the picture.
+  void paint(int x, int y, int width, int height, const std::function<Paint(int column, int row)>& paint_of);
 
   /// As a file.
   /// \throws std::runtime_error where memory is out

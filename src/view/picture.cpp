@@ -117,10 +117,11 @@ int drawPose(Canvas& canvas, const PairView& view, const ShownPose& pose, const 
   constexpr int panel_width = (width - 2 * margin - 2 * gap) / 3;
   canvas.text(margin, y + 20, heading, {20, ink, true});
   y += 34;
+  const Box box = frameOf(view, pose);
   int x = margin;
   for (const Direction& direction : directions) {
     canvas.fill(x, y, panel_width, height, ground);
-    const double scale = project(canvas, {x, y + caption, panel_width, height - caption}, view, pose, direction);
+    const double scale = project(canvas, {x, y + caption, panel_width, height - caption}, view, pose, box, direction);
     drawScale(canvas, x + panel_width - 14, y + 20, scale);
     constexpr const char* axes[] = {"x", "y", "z"};
     canvas.text(x + 14,

@@ -6,16 +6,6 @@
 namespace pcl_gpu_icp::view {
 namespace {
 
-Colour between(Colour a, Colour b, double share)
-{
-  Colour mixed = 0;
-  for (const int shift : {16, 8, 0}) {
-    const double from = a >> shift & 0xff, to = b >> shift & 0xff;
-    mixed |= static_cast<Colour>(std::lround(from + share * (to - from))) << shift;
-  }
-  return mixed;
-}
-
 /// How much of a cloud is behind each pixel of a panel.
 class Density {
 public:
@@ -67,11 +57,14 @@ private:
 
 } // namespace
 
-double
-project(Canvas& canvas, const Panel& panel, const PairView& view, const ShownPose& pose, const Direction& direction)
+double project(Canvas& canvas,
+               const Panel& panel,
+               const PairView& view,
+               const ShownPose& pose,
+               const Box& box,
+               const Direction& direction)
 {
   constexpr double margin = 0.92; // of the panel that the frame may fill
-  const Box box = frameOf(view, pose);
   const auto extent = [&box](int axis) { return std::max(box.high[axis] - box.low[axis], 1e-30); };
   const auto middle = [&box](int axis) { return (box.high[axis] + box.low[axis]) / 2; };
   const double scale = margin * std::min(panel.width / extent(direction.right), panel.height / extent(direction.up));
@@ -85,16 +78,15 @@ project(Canvas& canvas, const Panel& panel, const PairView& view, const ShownPos
   Density source(panel, view.source.size()), target(panel, view.target.size());
   draw(source, view.source, pose.transform);
   draw(target, view.target, RigidTransform());
-  for (int row = 0; row < panel.height; ++row)
-    for (int column = 0; column < panel.width; ++column) {
-      const double of_source = source.at(column, row), of_target = target.at(column, row);
-      if (of_source + of_target == 0)
-        continue;
-      const double share = of_source / (of_source + of_target);
-      const Colour colour = share < 0.5 ? between(target_colour, both_colour, 2 * share)
-                                        : between(both_colour, source_colour, 2 * share - 1);
-      canvas.blend(panel.x + column, panel.y + row, colour, std::max(of_source, of_target));
-    }
+  canvas.paint(panel.x, panel.y, panel.width, panel.height, [&](int column, int row) -> Canvas::Paint {
+    const double of_source = source.at(column, row), of_target = target.at(column, row);
+    if (of_source + of_target == 0)
+      return {};
+    const double share = of_source / (of_source + of_target);
+    return {share < 0.5 ? between(target_colour, both_colour, 2 * share)
+                        : between(both_colour, source_colour, 2 * share - 1),
+            std::max(of_source, of_target)};
+  });
   return scale;
 }
 

@@ -26,8 +26,13 @@ struct Panel {
 };
 
 /// Draws both clouds with the source at a pose.
+/// \param box to show
 /// \return pixels per unit of the files
-double
-project(Canvas& canvas, const Panel& panel, const PairView& view, const ShownPose& pose, const Direction& direction);
+double project(Canvas& canvas,
+               const Panel& panel,
+               const PairView& view,
+               const ShownPose& pose,
+               const Box& box,
+               const Direction& direction);
 
 } // namespace pcl_gpu_icp::view

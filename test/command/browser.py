@@ -1,6 +1,5 @@
 """Opens a page in Chromium, without a display, and watches what it does."""
 
-import contextlib
 import json
 import pathlib
 import sys
@@ -73,8 +72,7 @@ class Page:
         return [url for url in asked if url != self.driver.current_url and not url.startswith(("data:", "blob:"))]
 
 
-@contextlib.contextmanager
-def opened(path, width=1280, flags=()):
+def start(width, flags):
     options = webdriver.ChromeOptions()
     options.binary_location = str(CHROMIUM)
     # WebGL without a GPU; no sandbox, which root has not; shared memory may be small in a container.
@@ -85,9 +83,24 @@ def opened(path, width=1280, flags=()):
         options.add_experimental_option(
             "mobileEmulation", {"deviceMetrics": {"width": width, "height": 844, "pixelRatio": 2.0}})
     options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
-    driver = webdriver.Chrome(service=Service(str(DRIVER)), options=options)
-    try:
-        driver.get(pathlib.Path(path).resolve().as_uri())
-        yield Page(driver)
-    finally:
-        driver.quit()
+    return webdriver.Chrome(service=Service(str(DRIVER)), options=options)
+
+
+running = {}
+
+
+def opened(path, width=1280, flags=()):
+    """The page of a file, in a browser that stays for the next one until close_all()."""
+    key = width, tuple(flags)
+    if key not in running:
+        running[key] = start(*key)
+    page = Page(running[key])
+    for log in ("browser", "performance"):
+        page.driver.get_log(log)  # forgets what the page before did
+    page.driver.get(pathlib.Path(path).resolve().as_uri())
+    return page
+
+
+def close_all():
+    while running:
+        running.popitem()[1].quit()

@@ -47,6 +47,7 @@ function choose(row) {
 
 function fillPairs() {
   const text = $.fn.dataTable.render.text();
+  const file = (path, type) => (type === 'display' ? text.display(fileName(path)) : path);
   const number = (digits) => (value, type) =>
     (type === 'display' ? (value === null || value === undefined ? '' : short(value, digits)) : value === null || value === undefined ? -1 : value);
   const table = $(parts.pairs).DataTable({
@@ -61,8 +62,8 @@ function fillPairs() {
       { title: 'from above', data: null, defaultContent: '', orderable: false, className: 'thumbnail' },
       { title: 'pair', data: 'pair', className: 'number' },
       { title: 'verdict', data: 'verdict', render: (value, type) => (type === 'sort' ? VERDICTS.indexOf(value) : text.display(value)) },
-      { title: 'source', data: 'source', render: text },
-      { title: 'target', data: 'target', render: text },
+      { title: 'source', data: 'source', className: 'file', render: file },
+      { title: 'target', data: 'target', className: 'file', render: file },
       { title: 'near', data: 'near', className: 'number', defaultContent: '',
         render: (value, type) => (type === 'display' ? (typeof value === 'number' ? percent(value) : '') : typeof value === 'number' ? value : -1) },
       { title: 'RMSE', data: 'rmse', className: 'number', defaultContent: '', render: number(4) },
@@ -74,6 +75,7 @@ function fillPairs() {
     createdRow(line, row) {
       line.dataset.pair = row.pair;
       line.tabIndex = 0;
+      line.title = `${row.source} onto ${row.target}`;
       const verdict = line.children[2];
       verdict.prepend(element('span', { class: `dot ${row.verdict}` }));
       line.addEventListener('click', () => choose(row));
@@ -95,7 +97,8 @@ function drawOrder() {
     pointRadius: 4, pointHoverRadius: 6, borderWidth: 2, clip: 8,
     data: points.filter((row) => row.verdict === verdict).map((row) => ({ x: row.pair, y: row.near || 0, row })) }));
   const errors = rows.filter((row) => typeof row.rmse === 'number').sort((a, b) => a.pair - b.pair);
-  sets.push({ label: 'RMSE', type: 'line', yAxisID: 'rmse', pointStyle: 'line', pointRadius: 0, borderWidth: 1.5,
+  sets.push({ label: 'RMSE', type: 'line', yAxisID: 'rmse', pointStyle: 'line', borderWidth: 1.5,
+    showLine: run.trajectory.length > 0, pointRadius: run.trajectory.length ? 0 : 6,
     borderColor: '#8c959f', backgroundColor: '#8c959f', data: errors.map((row) => ({ x: row.pair, y: row.rmse, row })) });
   return new Chart(parts.order, {
     type: 'scatter',

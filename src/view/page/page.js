@@ -34,6 +34,9 @@ function short(value, digits = 3) {
   return Math.abs(text) >= 1e6 || (text !== 0 && Math.abs(text) < 1e-4) ? text.toExponential() : String(text);
 }
 
+/** The last part of a path. */
+const fileName = (path) => path.replace(/\/+$/, '').split('/').pop();
+
 const percent = (share) => `${Math.round(100 * share)} %`;
 const count = (number) => number.toLocaleString('en');
 const milliseconds = (time) => `${time.toFixed(1)} ms`;

@@ -52,7 +52,6 @@ function fillPoints(parts, pair) {
 
 function fillHeader(parts, pair) {
   const { result } = pair;
-  const fileName = (path) => path.replace(/\/+$/, '').split('/').pop();
   parts.verdict.textContent = result.verdict;
   parts.verdict.classList.add(result.verdict);
   parts.title.textContent = `${fileName(result.source)} onto ${fileName(result.target)}`;
