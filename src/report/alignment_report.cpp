@@ -57,7 +57,8 @@ std::string triedText(const std::vector<TriedStart>& tried)
 
 std::string verdictText(const Judgement& judgement, bool coloured)
 {
-  const std::string text = judgementText(judgement), word = toString(judgement.verdict);
+  std::string text = judgementText(judgement);
+  const std::string word = toString(judgement.verdict);
   constexpr int colours[] = {32, 33, 31}; // ANSI's green, yellow, red
   if (!coloured)
     return text;

@@ -56,7 +56,7 @@ std::string timesText(const AlignmentReport& report)
     if (depthOf(what) == 1)
       text += (text.empty() ? "" : ", ") + format("%s %.1f", what.c_str(), milliseconds);
     else if (depthOf(what) == 0)
-      text = format("%.1f ms: ", milliseconds) + text;
+      text.insert(0, format("%.1f ms: ", milliseconds));
   return text + "\n";
 }
 

@@ -157,7 +157,9 @@ std::string Canvas::shortened(const std::string& line, double width, const Font&
     else {
       dropFirst();
     }
-    result = head + "…" + tail;
+    result = head;
+    result += "…";
+    result += tail;
   }
   return result;
 }
