@@ -96,10 +96,7 @@ IcpRun
 runIcp(const CloudPair& pair, const AlignmentOptions& options, const Device& device, LiveLine& line, StageTimes& times)
 {
   Icp icp;
-  applySettings(icp, options);
-  applyPluginSettings(icp, options, device);
-  icp.setInputSource(pair.source->points);
-  icp.setInputTarget(pair.target->points);
+  setUp(icp, pair, options, device);
   IcpRun run;
   icp.setIterationCallback([&](int iteration, double rmse, std::size_t searched) {
     run.errors.push_back(rmse);

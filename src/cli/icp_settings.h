@@ -1,5 +1,6 @@
 #pragma once
 
+#include "cli/cloud_pair.h"
 #include "cli/options.h"
 
 #include <pcl_gpu_icp/device.h>
@@ -48,6 +49,16 @@ void applyPluginSettings(IterativeClosestPoint<PointT, PointT, Scalar>& icp,
   icp.setLoss(options.loss);
   icp.setMotions(options.motions);
   icp.setKeepUndetermined(options.undetermined == Undetermined::Keep);
+}
+
+/// An aligner's clouds and all its settings.
+template <typename Icp>
+void setUp(Icp& icp, const CloudPair& pair, const AlignmentOptions& options, const Device& device)
+{
+  applySettings(icp, options);
+  applyPluginSettings(icp, options, device);
+  icp.setInputSource(pair.source->points);
+  icp.setInputTarget(pair.target->points);
 }
 
 /// Throws what ended an alignment.

@@ -93,8 +93,7 @@ void addPairOptions(CLI::App& command, AlignmentOptions& options)
                   options.rotation_epsilon,
                   "the angle that goes with --translation-epsilon. PCL's setTransformationRotationEpsilon takes its "
                   "cosine (default: what moves a point at the source's radius as far as that default; with a "
-                  "translation epsilon "
-                  "PCL's, whose cosine is 1 - translation epsilon squared)")
+                  "translation epsilon PCL's, whose cosine is 1 - translation epsilon squared)")
       ->check(
           numberIn("a number of degrees above 0 and up to 180", [](double value) { return value > 0 && value <= 180; }))
       ->type_name("DEGREES");

@@ -74,7 +74,9 @@ public:
     report::AlignmentReport report = reportOf(*start, run.result);
     tried_.push_back(
         {report.searched_guess.has_value(), report.found_overlap.has_value(), judgementOf(report).verdict});
-    if (best_ && !isBetter(report, best_->report))
+    if (!best_)
+      at_guess_ = report.result;
+    else if (!isBetter(report, best_->report))
       return;
     best_ = {std::move(report), std::move(run.errors)};
     taken_ = tried_.size() - 1;
@@ -86,6 +88,11 @@ public:
   PairAlignment best() &&
   {
     tried_[taken_].taken = true;
+    AlignmentResult& result = best_->report.result;
+    if (at_guess_.inliers > 0)
+      result.rmse_before = at_guess_.rmse_before;
+    if (at_guess_.quality && result.quality)
+      result.quality->before = at_guess_.quality->before;
     best_->report.tried = std::move(tried_);
     return std::move(*best_);
   }
@@ -94,6 +101,7 @@ private:
   const RunIcp& run_;
   std::vector<report::TriedStart> tried_;
   std::optional<PairAlignment> best_;
+  AlignmentResult at_guess_; ///< of the first: "before" is where its start was, wherever the best one started
   std::size_t taken_ = 0;
 };
 

@@ -41,10 +41,7 @@ BatchResult PairTask::align(DeviceLane& lane)
   const StartSearch search(lane.device, lane.share, times);
   const auto run = [&lane](const CloudPair& pair, const AlignmentOptions& options) {
     IterativeClosestPoint<pcl::PointXYZ, pcl::PointXYZ, double> icp;
-    applySettings(icp, options);
-    applyPluginSettings(icp, options, lane.device);
-    icp.setInputSource(pair.source->points);
-    icp.setInputTarget(pair.target->points);
+    setUp(icp, pair, options, lane.device);
     IcpRun done;
     icp.setIterationCallback([&done](int, double rmse, std::size_t) { done.errors.push_back(rmse); });
     done.result = BatchAligner::align(lane, icp, detail::toMatrix<double>(pair.guess), true);

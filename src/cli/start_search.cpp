@@ -32,14 +32,21 @@ StartSearch::StartSearch(const Device& device, std::shared_ptr<DeviceShare> shar
 {
 }
 
+template <typename Search>
+Search StartSearch::searchOf(const AlignmentOptions& options) const
+{
+  Search search(device_);
+  search.setMotions(options.motions);
+  search.setShare(share_);
+  return search;
+}
+
 std::optional<Start> StartSearch::fromAnywhere(const Start& start) const
 {
   const Stopwatch watch(times_, "guess");
   Start result = start;
   CloudPair& pair = result.pair;
-  PoseSearch search(device_);
-  search.setMotions(start.options.motions);
-  search.setShare(share_);
+  auto search = searchOf<PoseSearch>(start.options);
   search.setProgress(progress_);
   const Points source = search::pointsOf(*pair.source->points), target = search::pointsOf(*pair.target->points);
   const PoseSearchResult found = search.search(source, target, pair.guess);
@@ -60,11 +67,9 @@ std::optional<Start> StartSearch::fromOverlap(const Start& start) const
   const Stopwatch watch(times_, "overlap");
   Start result = start;
   CloudPair& pair = result.pair;
-  OverlapSearch search(device_);
-  search.setMotions(start.options.motions);
-  search.setShare(share_);
   const OverlapSearchResult found =
-      search.search(search::pointsOf(*pair.source->points), search::pointsOf(*pair.target->points), pair.guess);
+      searchOf<OverlapSearch>(start.options)
+          .search(search::pointsOf(*pair.source->points), search::pointsOf(*pair.target->points), pair.guess);
   if (found.ways == 0)
     return std::nullopt;
   pair.guess = found.transform;

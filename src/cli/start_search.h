@@ -40,6 +40,9 @@ public:
   std::optional<Start> fromOverlap(const Start& start) const;
 
 private:
+  template <typename Search>
+  Search searchOf(const AlignmentOptions& options) const;
+
   Device device_;
   std::shared_ptr<DeviceShare> share_;
   StageTimes& times_;

@@ -30,46 +30,46 @@ Times timesOf(const AlignmentReport& report)
   return times;
 }
 
-namespace {
-
-/// 0 for the total, 1 for what it is made of, 2 for parts of an alignment.
-int depthOf(const std::string& what)
+std::string wholeOf(const std::string& what)
 {
-  if (what == "total")
-    return 0;
   constexpr const char* outer[] = {"read", "device", "guess", "overlap", "align", "fitness"};
-  return std::find(std::begin(outer), std::end(outer), what) != std::end(outer) ? 1 : 2;
+  if (what == "total")
+    return "";
+  if (what.rfind("device_", 0) == 0)
+    return "search";
+  return std::find(std::begin(outer), std::end(outer), what) != std::end(outer) ? "total" : "align";
 }
-
-std::string lineOf(const Times::value_type& time)
-{
-  const int indent = 2 * depthOf(time.first);
-  return format("%*s%-*s %10.1f ms\n", 11 + indent, "", 28 - indent, time.first.c_str(), time.second);
-}
-
-} // namespace
 
 std::string timesText(const AlignmentReport& report)
 {
   std::string text;
   for (const auto& [what, milliseconds] : timesOf(report))
-    if (depthOf(what) == 1)
-      text += (text.empty() ? "" : ", ") + format("%s %.1f", what.c_str(), milliseconds);
-    else if (depthOf(what) == 0)
+    if (what == "total")
       text.insert(0, format("%.1f ms: ", milliseconds));
+    else if (wholeOf(what) == "total")
+      text += (text.empty() ? "" : ", ") + format("%s %.1f", what.c_str(), milliseconds);
   return text + "\n";
 }
 
+namespace {
+
+std::string partsText(const Times& times, const std::string& whole, int indent)
+{
+  std::string text;
+  for (const auto& [what, milliseconds] : times)
+    if (wholeOf(what) == whole) {
+      text += format("%*s%-*s %10.1f ms\n", indent, "", 39 - indent, what.c_str(), milliseconds);
+      text += partsText(times, what, indent + 2);
+    }
+  return text;
+}
+
+} // namespace
+
 std::string nestedTimesText(const AlignmentReport& report)
 {
-  std::string outer, parts, total;
-  for (const auto& time : timesOf(report)) {
-    std::string& text = depthOf(time.first) == 0 ? total : depthOf(time.first) == 1 ? outer : parts;
-    text += lineOf(time);
-    if (time.first == "align")
-      outer += std::exchange(parts, "");
-  }
-  return total.substr(11) + outer + parts;
+  constexpr int margin = 11; // where the values of a summary stand
+  return partsText(timesOf(report), "", margin).substr(margin);
 }
 
 } // namespace pcl_gpu_icp::report

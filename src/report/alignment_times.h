@@ -15,6 +15,9 @@ using Times = std::vector<std::pair<std::string, double>>;
 /// device's entries carry a prefix.
 Times timesOf(const AlignmentReport& report);
 
+/// What that time is a part of; "" for the total.
+std::string wholeOf(const std::string& what);
+
 /// The total and what it is made of, in a line.
 std::string timesText(const AlignmentReport& report);
 

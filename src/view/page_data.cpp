@@ -2,6 +2,8 @@
 
 #include "view/histogram.h"
 
+#include "report/alignment_times.h"
+
 #include <algorithm>
 #include <cstdint>
 #include <cstring>
@@ -75,7 +77,11 @@ Json PageData::pairJson(const PairView& view, const Json& result, const std::vec
   for (const ShownPose& pose : view.poses)
     poses.push_back(
         {{"name", pose.name}, {"matrix", report::matrixJson(pose.transform)}, {"block", add(pose.distances)}});
+  Json wholes = Json::object();
+  for (const auto& [what, milliseconds] : result.at("times_ms").items())
+    wholes[what] = report::wholeOf(what);
   return {{"result", result},
+          {"wholes", wholes},
           {"source", cloudJson(view.source, add(view.source.xyz))},
           {"target", cloudJson(view.target, add(view.target.xyz))},
           {"centre", view.target.centre},

@@ -41,6 +41,9 @@ class Starts(BatchTest):
         self.assertEqual(tried, ["the guess", "what they have in common", "a search"])
         self.assert_maps(result["transform"], self.scene, [moved(AWAY, point) for point in self.scene], 1e-3)
         self.assertGreater(result["searched_guess"]["starts"], 500)
+        once, _, _ = self.tried("scene.pcd", "turned.pcd", "--once")  # before is at the guess all the same
+        for found in (lambda of: of["rmse_before"], lambda of: of["quality"]["source_near"]["before"]):
+            self.assertEqual(found(result), found(once))
         text = self.succeed("align", self.path("scene.pcd"), self.path("turned.pcd"))
         self.assertRegex(text, r"\ntried      from the guess: wrong\n           from what they have in common: \w+\n"
                                r"           from a search: good, taken\n")

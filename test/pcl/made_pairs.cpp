@@ -335,10 +335,20 @@ std::vector<Pair> makePairs(const std::string& scans, int repetitions, unsigned 
   return list.take();
 }
 
-Affine3d nearbyGuess(std::mt19937& generator, const Pair& pair)
+std::vector<Pair> makeNearbyPairs(const std::string& scans, int repetitions, unsigned seed)
 {
-  const double degrees = uniform(generator, 0, 30), shift = uniform(generator, 0, 0.25);
-  return motion(generator, *pair.target, degrees, shift) * pair.truth;
+  std::vector<Pair> nearby;
+  Generator generator(seed);
+  bool second = false; // of two guesses
+  for (Pair& pair : makePairs(scans, repetitions, seed)) {
+    second = !second;
+    if (!second || !pair.isRelated() || pair.kind == "overlap 20" || pair.kind == "overlap 35")
+      continue;
+    const double degrees = uniform(generator, 0, 30), shift = uniform(generator, 0, 0.25);
+    pair.guess = motion(generator, *pair.target, degrees, shift) * pair.truth;
+    nearby.push_back(std::move(pair));
+  }
+  return nearby;
 }
 
 double errorOf(const Pair& pair, const Eigen::Affine3d& answer)

@@ -5,7 +5,6 @@
 
 #include <Eigen/Geometry>
 
-#include <random>
 #include <string>
 #include <vector>
 
@@ -21,16 +20,15 @@ struct Pair {
   Eigen::Affine3d truth, guess; ///< source to target; no truth for the unrelated
 
   bool isRelated() const { return kind != "unrelated"; }
-  bool hasHalfInCommon() const { return isRelated() && kind != "overlap 20" && kind != "overlap 35"; }
 };
 
 /// Each at two guesses, one within a degree and a hundredth of the extent, the other anywhere. Those of scans only
 /// where the folder is there. The same for the same seed.
 std::vector<Pair> makePairs(const std::string& scans, int repetitions, unsigned seed);
 
-/// A guess for a pair that is off by up to 30 degrees about the centre of the target and a quarter of its root mean
-/// square radius, some tenth of its extent.
-Eigen::Affine3d nearbyGuess(std::mt19937& generator, const Pair& pair);
+/// Those of them that have half or more in common, each once, at a guess that is off by up to 30 degrees about the
+/// centre of the target and a quarter of its root mean square radius, some tenth of its extent.
+std::vector<Pair> makeNearbyPairs(const std::string& scans, int repetitions, unsigned seed);
 
 /// How far the source's points are, by root mean square, from where the truth has them.
 double errorOf(const Pair& pair, const Eigen::Affine3d& answer);

@@ -15,7 +15,6 @@
 #include <cstdio>
 #include <cstdlib>
 #include <map>
-#include <random>
 
 namespace pcl_gpu_icp::test {
 namespace {
@@ -47,16 +46,11 @@ TEST(OverlapSearch, LeadsToTheRightPoseWhereIcpAloneDoesNot)
     int pairs = 0, alone = 0, found = 0;
   };
   std::map<std::string, Counts> kinds;
-  std::mt19937 generator(1);
   const OverlapSearch search{Device::select()};
-  bool second = false;
-  for (const made_pairs::Pair& pair : made_pairs::makePairs(scans::folder, wanted ? std::atoi(wanted) : 1, 5)) {
-    second = !second;
-    if (!second || !pair.hasHalfInCommon())
-      continue; // the guesses are others here
+  for (const made_pairs::Pair& pair : made_pairs::makeNearbyPairs(scans::folder, wanted ? std::atoi(wanted) : 1, 5)) {
     SCOPED_TRACE(pair.kind + " " + pair.clouds);
     const Points source = search::pointsOf(*pair.source), target = search::pointsOf(*pair.target);
-    const Eigen::Matrix4d guess = made_pairs::nearbyGuess(generator, pair).matrix();
+    const Eigen::Matrix4d guess = pair.guess.matrix();
     const OverlapSearchResult found = search.search(source, target, detail::toRigidTransform<double>(guess));
     ASSERT_GT(found.ways, 0U);
     const double right = 3 * found.quality.spacing;

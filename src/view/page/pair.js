@@ -2,14 +2,9 @@
 
 // A pair of clouds and what their alignment came to.
 
-const PARENTS = { total: null, align: 'total', read: 'total', device: 'total', guess: 'total', overlap: 'total',
-  fitness: 'total', start: 'align', tree: 'align', normals: 'align', pack: 'align', search: 'align', estimate: 'align',
-  quality: 'align' };
-
-/** Bars one below the other, each beginning where the one before at its depth ends, within the one it is part of. */
-function fillTimes(root, times) {
+/** Bars one below the other, each beginning where the one before at its depth ends, within the whole it is part of. */
+function fillTimes(root, times, wholes) {
   const whole = times.total ? 'total' : 'align';
-  const parentOf = (name) => (name.startsWith('device_') ? 'search' : PARENTS[name] === undefined ? 'total' : PARENTS[name]);
   const add = (name, start, depth) => {
     const deep = `deep-${depth}`;
     const bar = element('i', { style: `left:${100 * start / times[whole]}%;width:${100 * times[name] / times[whole]}%` });
@@ -18,7 +13,7 @@ function fillTimes(root, times) {
       element('span', { class: 'milliseconds' }, milliseconds(times[name])));
     let at = start;
     for (const part of Object.keys(times))
-      if (parentOf(part) === name) {
+      if (wholes[part] === name) {
         add(part, at, depth + 1);
         at += times[part];
       }
@@ -219,7 +214,7 @@ function showPair(pair, root = document.getElementById('main')) {
   const matrix = result.transform.map((row) => row.map((value) => value.toFixed(10).padStart(16)).join(' ')).join('\n');
   parts.matrix.textContent = matrix;
   fillUncertainty(parts, result);
-  if (result.times_ms) fillTimes(parts.times, result.times_ms);
+  if (result.times_ms) fillTimes(parts.times, result.times_ms, pair.wholes);
   else parts['times-card'].hidden = true;
   fillPoints(parts, pair);
   fillRepeat(parts, pair);
