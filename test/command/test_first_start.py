@@ -34,7 +34,7 @@ class Quiet(FirstStart):
         cache = {"POCL_CACHE_DIR": self.path("cache")}
         for arguments in ((), ("--search", "device"), ("--metric", "plane"), ("--pipeline", "staged")):
             printed = self.succeed("align", *self.pair, *arguments, environment=cache)
-            self.assertTrue(printed.startswith("source "), printed)
+            self.assertTrue(printed.startswith("verdict "), printed)
         self.assertTrue(self.succeed("compare", *self.pair, "--metric", "plane", environment=cache).startswith("source "))
         self.assertTrue(os.listdir(self.path("cache")), "the kernels were compiled")
 
