@@ -21,6 +21,7 @@ MAY_INCLUDE = {
     "scheduler": ["values"],
     "engine": ["kernels", "values", "geometry", "opencl", "stages", "scheduler", "search"],
     "pcl": ["values", "search", "engine"],
+    "instances": ["pcl"],
     "report": ["values", "pcl"],
     "view": ["values", "search", "report"],
     "cli": ["values", "search", "engine", "pcl", "report", "view"],
@@ -40,7 +41,7 @@ HEADER_ROOMS = {
     "matrix.h": "pcl",
 }
 
-PCL_ROOMS = {"pcl", "report", "cli"}
+PCL_ROOMS = {"pcl", "instances", "report", "cli"}
 CL_HEADER = "src/opencl/cl.h"
 GENERATED = {"embedded_kernels.h": "opencl", "embedded_page.h": "view"}
 

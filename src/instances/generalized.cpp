@@ -1,0 +1,3 @@
+#include "instances/instances.h"
+
+PCL_GPU_ICP_GENERALIZED_INSTANCES(template class, pcl::PointXYZ)
