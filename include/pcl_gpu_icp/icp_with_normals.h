@@ -33,10 +33,12 @@ protected:
     using PclSymmetric =
         pcl::registration::TransformationEstimationSymmetricPointToPlaneLLS<PointSource, PointTarget, Scalar>;
     const auto& estimation = *this->transformation_estimation_;
-    if (typeid(estimation) == typeid(PclPlanes))
+    if (!this->estimatesOnDevice() && typeid(estimation) == typeid(PclPlanes))
       this->setMetric(Metric::Plane);
-    else if (this->getMetric() == Metric::Symmetric && !this->getEnforceSameDirectionNormals())
+    else if (this->getMetric() == Metric::Symmetric && !this->getEnforceSameDirectionNormals()) {
+      this->setMetric(Metric::Point); // with an estimator of another
       this->setUseSymmetricObjective(true);
+    }
     else if (typeid(estimation) == typeid(PclSymmetric) && this->getEnforceSameDirectionNormals())
       this->setMetric(Metric::Symmetric);
     Base::computeTransformation(output, guess);
