@@ -141,13 +141,13 @@ report::Run runStock(const CloudPair& pair, const CompareOptions& options, const
     return stock;
   }
   StockIcp<PointNormal> icp;
-  using namespace pcl::registration;
+  namespace stock = pcl::registration;
   if (options.metric == Metric::Symmetric)
     icp.setTransformationEstimation(
-        pcl::make_shared<TransformationEstimationSymmetricPointToPlaneLLS<PointNormal, PointNormal>>());
+        pcl::make_shared<stock::TransformationEstimationSymmetricPointToPlaneLLS<PointNormal, PointNormal>>());
   else
     icp.setTransformationEstimation(
-        pcl::make_shared<TransformationEstimationPointToPlaneLLS<PointNormal, PointNormal>>());
+        pcl::make_shared<stock::TransformationEstimationPointToPlaneLLS<PointNormal, PointNormal>>());
   return runStock<PointNormal>(
       icp, withNormals(*source, normals.data()), withNormals(*target, normals.data() + source->size()), pair, options);
 }
