@@ -23,7 +23,8 @@
 // each with padding.
 #define NORMAL_WORDS 4
 #define COVARIANCE_WORDS 8
-// Of a source point: as many rows.
+// Of a source point: a row for each of these.
+#define NORMAL_ROWS 3
 #define COVARIANCE_ROWS 6
 
 // Losses, see loss.h.

@@ -17,25 +17,7 @@ static inline void load_own(float (*rows)[PAIRS_AT_ONCE], const Own* own, uint i
 
 static inline lane add_equations(lane* sums, const lane* x, const lane* e, const lane* row, float16 turn, Loss loss)
 {
-  const lane* n = row + 1;
-  const lane J[6] = {x[1] * n[2] - x[2] * n[1], x[2] * n[0] - x[0] * n[2], x[0] * n[1] - x[1] * n[0], n[0], n[1], n[2]};
-  const lane r = n[0] * e[0] + n[1] * e[1] + n[2] * e[2];
-  const lane squared = r * r;
-  sums[SYSTEM_SUMS - 1] += n[0] * n[0] + n[1] * n[1] + n[2] * n[2];
-  lane weighed[6] = {J[0], J[1], J[2], J[3], J[4], J[5]};
-  if (loss.function != LOSS_NONE) {
-    const lane weight = loss_weight(squared, loss);
-    for (int a = 0; a < 6; ++a)
-      weighed[a] *= weight;
-  }
-  int s = 0;
-  for (int a = 0; a < 6; ++a)
-    for (int b = a; b < 6; ++b)
-      sums[s++] += weighed[a] * J[b];
-  for (int a = 0; a < 6; ++a)
-    sums[s++] += weighed[a] * r;
-  sums[s] += loss.function != LOSS_NONE ? loss_cost(squared, loss) : squared;
-  return squared;
+  return add_plane(sums, x, row + 1, e, loss);
 }
 
 #include "system_pass.h"

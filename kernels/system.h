@@ -1,7 +1,7 @@
 // The normal equations of a metric over the matched pairs. Of a pair, with p the source point at the pose, q its match,
-// e = q - p, J = (-[p - c]x, I) what a small turn about c and a shift do to p, and M the pair's 3x3 information: the
-// sums of J^T M J, of J^T M e and of s = e^T M e. With a loss M is weighed by rho'(s), and the sum of rho(s) is in the
-// place of that of s.
+// e = q - p, J = (-[p - c]x, I) what a small turn about c and a shift do to p (symmetric_factor.cl: to the middle of p
+// and q), and M the pair's 3x3 information: the sums of J^T M J, of J^T M e and of s = e^T M e. With a loss M is
+// weighed by rho'(s), and the sum of rho(s) is in the place of that of s.
 //
 // A metric is a file that includes this one and says what M is. It defines OWN_ROWS, how many values it knows of a pair
 // beside the two points, of which the first is 1, or 0 where there is no pair; load_own(), which reads them; and
@@ -38,6 +38,29 @@ typedef struct {
   global const float* source; // rows of `stride`
   uint stride;
 } Own;
+
+// A pair's share where M = n n^T; returns s. x: p - c
+static inline lane add_plane(lane* sums, const lane* x, const lane* n, const lane* e, Loss loss)
+{
+  const lane J[6] = {x[1] * n[2] - x[2] * n[1], x[2] * n[0] - x[0] * n[2], x[0] * n[1] - x[1] * n[0], n[0], n[1], n[2]};
+  const lane r = n[0] * e[0] + n[1] * e[1] + n[2] * e[2];
+  const lane squared = r * r;
+  sums[SYSTEM_SUMS - 1] += n[0] * n[0] + n[1] * n[1] + n[2] * n[2];
+  lane weighed[6] = {J[0], J[1], J[2], J[3], J[4], J[5]};
+  if (loss.function != LOSS_NONE) {
+    const lane weight = loss_weight(squared, loss);
+    for (int a = 0; a < 6; ++a)
+      weighed[a] *= weight;
+  }
+  int s = 0;
+  for (int a = 0; a < 6; ++a)
+    for (int b = a; b < 6; ++b)
+      sums[s++] += weighed[a] * J[b];
+  for (int a = 0; a < 6; ++a)
+    sums[s++] += weighed[a] * r;
+  sums[s] += loss.function != LOSS_NONE ? loss_cost(squared, loss) : squared;
+  return squared;
+}
 
 // A pair's share where M is not of rank one; returns s. x: p - c; M: xx xy xz yy yz zz
 static inline lane add_information(lane* sums, const lane* x, lane* M, const lane* e, Loss loss)

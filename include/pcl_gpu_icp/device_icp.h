@@ -54,8 +54,9 @@ public:
   /// What is made small: Metric::Point by default, but for the classes that are named after another one. Plane is
   /// setTransformationEstimation() with a pcl_gpu_icp::TransformationEstimationPointToPlaneLLS of default settings, and
   /// such an estimator is Plane.
-  /// Generalized excludes a search method, a correspondence or a transformation estimation and a point representation
-  /// of the caller's: align() then ends with an error.
+  /// Symmetric takes the normals of both clouds' points, or those that it estimates where a point type has none.
+  /// Symmetric and Generalized exclude a search method, a correspondence or a transformation estimation and a point
+  /// representation of the caller's: align() then ends with an error.
   void setMetric(Metric metric);
   Metric getMetric() const;
 
@@ -156,7 +157,7 @@ private:
 
   using Criteria = ConvergenceCriteria<Scalar>;
 
-  /// What covariances were made of last.
+  /// What was estimated last.
   struct KeptNormals {
     TargetCache::NormalsOf of;
     std::shared_ptr<const NormalEstimator::Normals> normals;
@@ -186,6 +187,12 @@ private:
                                  const PointCovariances& given,
                                  KeptNormals& kept,
                                  const char* whose);
+  template <typename PointT>
+  const NormalEstimator::Normals&
+  estimatedNormals(const pcl::PointCloud<PointT>& cloud, unsigned neighbours, KeptNormals& kept);
+  template <typename PointT>
+  Points normalsOf(const pcl::PointCloud<PointT>& cloud, KeptNormals& kept);
+  void prepareNormalsOfBoth();
   void prepareCovariances();
   void prepareEstimator();
   RigidTransform startOf(const Matrix4& guess) const;
@@ -207,11 +214,11 @@ private:
   pcl::Indices finiteIndices() const;
   bool usesDefaultSearch() const;
   bool estimatesRigidly() const { return estimatesOnDevice() || planes_; }
-  bool isGeneralized() const { return result_.metric == Metric::Generalized; }
   /// Whether increments are asked of the matcher for listed pairs as well.
   bool solvesSystem() const
   {
-    return isGeneralized() || (planes_ && matches_on_device_) || loss_.weighs() || motions_ != Motions::Rigid;
+    return knowsBothSurfaces(result_.metric) || (planes_ && matches_on_device_) || loss_.weighs() ||
+           motions_ != Motions::Rigid;
   }
   bool matcherEstimates() const { return increment_from_matching_ || solvesSystem(); }
   /// From listed pairs, where the metric is Point.
@@ -226,7 +233,7 @@ private:
   std::optional<Device> device_outside_; ///< of lanes,
   unsigned int threads_outside_ = 0;     ///< and as many threads
   Pipeline pipeline_ = Pipeline::Fused;
-  bool generalized_ = false;                       ///< the metric asked for; Plane is an estimator's,
+  std::optional<Metric> of_both_; ///< the metric asked for where it is of both surfaces; Plane is an estimator's,
   typename PlaneEstimation::Ptr plane_estimation_; ///< of which this is the own one
   Loss loss_;
   Motions motions_ = Motions::Rigid;
@@ -250,7 +257,7 @@ private:
   std::uint64_t matcher_normals_ =
       0; ///< and the fingerprint of the normals or covariances that it measures by; 0: none
   std::shared_ptr<const NormalEstimator::Normals> target_normals_; ///< where they were estimated for point-to-plane
-  KeptNormals kept_source_normals_, kept_target_normals_;          ///< and where for GICP
+  KeptNormals kept_source_normals_, kept_target_normals_;          ///< and where for a metric of both surfaces
   std::unique_ptr<Matcher> backward_matcher_; ///< from the target to the source, for reciprocal correspondences
   std::unique_ptr<RigidEstimator> estimator_; ///< where the increment comes from listed correspondences,
   std::uint64_t estimator_target_ = 0;        ///< and the fingerprint of its target points

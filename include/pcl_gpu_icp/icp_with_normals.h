@@ -8,9 +8,10 @@
 
 namespace pcl_gpu_icp {
 
-/// pcl::IterativeClosestPointWithNormals on an OpenCL device: Metric::Plane, with the target's normals. With
-/// setUseSymmetricObjective(true) PCL's own estimator makes the increments, on the host. setMetric() makes it one of
-/// the others. Everything else as in pcl_gpu_icp::IterativeClosestPoint.
+/// pcl::IterativeClosestPointWithNormals on an OpenCL device: Metric::Plane, with the target's normals; with
+/// setUseSymmetricObjective(true) Metric::Symmetric, with both clouds'. Where in addition
+/// setEnforceSameDirectionNormals(false) is asked for, PCL's own estimator makes the increments, on the host.
+/// setMetric() makes it one of the others. Everything else as in pcl_gpu_icp::IterativeClosestPoint.
 template <typename PointSource, typename PointTarget, typename Scalar = float>
 class IterativeClosestPointWithNormals
 : public DeviceIcp<pcl::IterativeClosestPointWithNormals<PointSource, PointTarget, Scalar>> {
@@ -27,11 +28,19 @@ public:
 protected:
   void computeTransformation(PointCloudSource& output, const Matrix4& guess) override
   {
-    // setUseSymmetricObjective(false) installs PCL's.
+    // setUseSymmetricObjective() installs PCL's.
     using PclPlanes = pcl::registration::TransformationEstimationPointToPlaneLLS<PointSource, PointTarget, Scalar>;
+    using PclSymmetric =
+        pcl::registration::TransformationEstimationSymmetricPointToPlaneLLS<PointSource, PointTarget, Scalar>;
     const auto& estimation = *this->transformation_estimation_;
     if (!this->estimatesOnDevice() && typeid(estimation) == typeid(PclPlanes))
       this->setMetric(Metric::Plane);
+    else if (this->getMetric() == Metric::Symmetric && !this->getEnforceSameDirectionNormals()) {
+      this->setMetric(Metric::Point); // with an estimator of another
+      this->setUseSymmetricObjective(true);
+    }
+    else if (typeid(estimation) == typeid(PclSymmetric) && this->getEnforceSameDirectionNormals())
+      this->setMetric(Metric::Symmetric);
     Base::computeTransformation(output, guess);
   }
 };

@@ -68,6 +68,12 @@ public:
   /// \throws InvalidArgument when there are fewer than points
   void setTargetNormals(const Points& normals);
 
+  /// After setTargetNormals(): increments are those of the symmetric objective (Rusinkiewicz 2019), linearised, until
+  /// the target or its normals are set anew. As the target's normals, in the order of the source's points; they come
+  /// after setSource(), and again whenever that is called.
+  /// \throws InvalidArgument when there are fewer than points, or none of the target yet
+  void setSourceNormals(const Points& normals);
+
   /// Increments are those of Generalized ICP (Segal, Haehnel and Thrun 2009) until the target is set anew. Each point's
   /// covariance is given as six floats, xx xy xz yy yz zz, one each in the order that normals are given in. The
   /// source's come after setSource(), and again whenever that is called.

@@ -32,6 +32,8 @@ enum class CorrespondenceSearch {
 enum class Metric {
   Point, ///< the distances between matched points
   Plane, ///< the distances from source points to the planes through the target points they are matched with
+  /// the distances along the mean of both points' normals (Rusinkiewicz 2019)
+  Symmetric,
   /// the Mahalanobis distances of matched points by both clouds' local covariances: Generalized ICP, "gicp"
   Generalized,
 };
@@ -62,6 +64,9 @@ enum class Reason {
   Cancelled,              ///< the caller of a batch cancelled it
   Error,                  ///< an exception ended it: see AlignmentResult::message
 };
+
+/// Whether it takes the surfaces about the points of both clouds: their normals or covariances.
+constexpr bool knowsBothSurfaces(Metric metric) { return metric == Metric::Symmetric || metric == Metric::Generalized; }
 
 PCL_GPU_ICP_API const char* toString(Pipeline pipeline);
 PCL_GPU_ICP_API const char* toString(CorrespondenceSearch search);

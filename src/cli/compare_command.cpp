@@ -22,6 +22,7 @@
 #include <pcl/registration/gicp.h>
 #include <pcl/registration/icp.h>
 #include <pcl/registration/transformation_estimation_point_to_plane_lls.h>
+#include <pcl/registration/transformation_estimation_symmetric_point_to_plane_lls.h>
 
 #include <chrono>
 #include <cmath>
@@ -140,17 +141,22 @@ report::Run runStock(const CloudPair& pair, const CompareOptions& options, const
     return stock;
   }
   StockIcp<PointNormal> icp;
-  icp.setTransformationEstimation(
-      pcl::make_shared<pcl::registration::TransformationEstimationPointToPlaneLLS<PointNormal, PointNormal>>());
+  namespace stock = pcl::registration;
+  if (options.metric == Metric::Symmetric)
+    icp.setTransformationEstimation(
+        pcl::make_shared<stock::TransformationEstimationSymmetricPointToPlaneLLS<PointNormal, PointNormal>>());
+  else
+    icp.setTransformationEstimation(
+        pcl::make_shared<stock::TransformationEstimationPointToPlaneLLS<PointNormal, PointNormal>>());
   return runStock<PointNormal>(
       icp, withNormals(*source, normals.data()), withNormals(*target, normals.data() + source->size()), pair, options);
 }
 
-/// Those that the plugin estimates for itself, of the source and then of the target: point-to-plane stock is given
-/// them.
+/// Those that the plugin estimates for itself, of the source and then of the target: stock is given them where its
+/// metric takes normals.
 StockProcess::Normals normalsOf(const CloudPair& pair, const CompareOptions& options, const Device& device)
 {
-  if (options.metric != Metric::Plane)
+  if (options.metric != Metric::Plane && options.metric != Metric::Symmetric)
     return {};
   NormalEstimator estimator(device, detail::precisionFor<float>(device));
   auto normals = estimator.estimate(search::pointsOf(*pair.source->points));

@@ -125,10 +125,14 @@ void addPairOptions(CLI::App& command, AlignmentOptions& options)
       command,
       "--metric",
       options.metric,
-      {{"point", Metric::Point}, {"plane", Metric::Plane}, {"gicp", Metric::Generalized}},
+      {{"point", Metric::Point},
+       {"plane", Metric::Plane},
+       {"symmetric", Metric::Symmetric},
+       {"gicp", Metric::Generalized}},
       "what is made small: point, the distances between points (the default); plane, those to the planes through the "
-      "target's points, whose normals are estimated from the 20 nearest; or gicp, both clouds' surfaces against each "
-      "other (Generalized ICP): fewer iterations, on another path");
+      "target's points, whose normals are estimated from the 20 nearest; symmetric, those along the mean of both "
+      "points' normals; or gicp, both clouds' surfaces against each other (Generalized ICP): fewer iterations, on "
+      "another path");
   command
       .add_option_function<std::string>(
           "--loss",

@@ -15,17 +15,10 @@ namespace pcl_gpu_icp {
 
 namespace {
 
-/// \throws InvalidArgument when `count` values are not one for the point at that position of the caller's cloud
-void requireOneEach(std::int32_t position, std::size_t count, const char* values)
-{
-  if (static_cast<std::size_t>(position) >= count)
-    throw InvalidArgument(std::string("the ") + values + " are " + std::to_string(count) + ", and there is point " +
-                          std::to_string(position));
-}
 void requireOneEach(const std::vector<PlacedPoint>& points, std::size_t count, const char* values)
 {
   for (const PlacedPoint& point : points)
-    requireOneEach(point.position, count, values);
+    pcl_gpu_icp::requireOneEach(point.position, count, values);
 }
 
 } // namespace
@@ -48,8 +41,10 @@ Matcher::Matcher(const Device& device,
   else
     setTarget(makeTarget(cloud));
   setSource(cloud);
-  if (metric == Metric::Plane)
+  if (metric == Metric::Plane || metric == Metric::Symmetric)
     setTargetNormals(cloud);
+  if (metric == Metric::Symmetric)
+    setSourceNormals(cloud);
   if (metric == Metric::Generalized) {
     constexpr std::array<float, COVARIANCE_ROWS> identity{1, 0, 0, 1, 0, 1};
     const Points covariances{identity.data(), 3, 0};
@@ -121,7 +116,8 @@ void Matcher::setTargetNormals(const Points& normals)
   Implementation& self = *implementation_;
   const PlacedCloud& target = self.target->cloud;
   requireOneEach(target.points, normals.count, "normals");
-  self.measureBy([&](SystemIncrement& system) { system.setNormals(self.queue, target.points, target.pivot, normals); });
+  self.measureBy(
+      [&](SystemIncrement& system) { system.setTargetNormals(self.queue, target.points, target.pivot, normals); });
 }
 
 void Matcher::setTargetCovariances(const Points& covariances)
@@ -134,19 +130,17 @@ void Matcher::setTargetCovariances(const Points& covariances)
   });
 }
 
+void Matcher::setSourceNormals(const Points& normals)
+{
+  Implementation& self = *implementation_;
+  const auto in_order = self.inSourceOrder<NORMAL_ROWS>(normals, "normals of the source");
+  self.system->setSourceNormals(self.queue, in_order, self.source_rows);
+}
+
 void Matcher::setSourceCovariances(const Points& covariances)
 {
   Implementation& self = *implementation_;
-  if (!self.system)
-    throw InvalidArgument("covariances of the source come after those of the target");
-  for (const std::int32_t position : self.source_positions)
-    requireOneEach(position, covariances.count, "covariances of the source");
-  std::vector<stages::Covariance> in_order(self.source.points.size());
-  for (std::size_t i = 0; i < in_order.size(); ++i) {
-    const std::int32_t position = self.source_positions[self.source.points[i].position];
-    const float* covariance = valuesAt(covariances, position);
-    std::copy(covariance, covariance + COVARIANCE_ROWS, in_order[i].begin());
-  }
+  const auto in_order = self.inSourceOrder<COVARIANCE_ROWS>(covariances, "covariances of the source");
   self.system->setSourceCovariances(self.queue, in_order, self.source_rows);
 }
 

@@ -7,14 +7,17 @@
 #include "stages/launch.h"
 #include "stages/match.h"
 #include "system_increment.h"
+#include "values_at.h"
 
 #include <pcl_gpu_icp/matcher.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 namespace pcl_gpu_icp {
@@ -74,6 +77,23 @@ struct Matcher::Implementation {
       system.reset();
       throw;
     }
+  }
+
+  /// `width` floats of each of the source's points, in the order of its rows.
+  /// \param whose what to call them
+  template <std::size_t width>
+  std::vector<std::array<float, width>> inSourceOrder(const Points& values, const char* whose) const
+  {
+    if (!system)
+      throw InvalidArgument(std::string(whose) + " come after those of the target");
+    for (const std::int32_t position : source_positions)
+      requireOneEach(position, values.count, whose);
+    std::vector<std::array<float, width>> in_order(source.points.size());
+    for (std::size_t i = 0; i < in_order.size(); ++i) {
+      const float* value = valuesAt(values, source_positions[source.points[i].position]);
+      std::copy(value, value + width, in_order[i].begin());
+    }
+    return in_order;
   }
 
   /// Whether increments are those of normal equations, and not the five stages'.

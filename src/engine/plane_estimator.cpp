@@ -91,7 +91,7 @@ Estimate PlaneEstimator::estimate(const Points& source, const Points& target, co
     std::iota(matches, matches + p.size(), 0);
     std::fill(matches + p.size(), matches + self.source.stride, -1);
   });
-  self.increment.setNormals(self.queue, q, pivot, normals);
+  self.increment.setTargetNormals(self.queue, q, pivot, normals);
   self.increment.setSource(p);
   Estimate estimate = self.increment.estimate(self.queue, self.precision, self.source, {}, self.matches, self.target);
   estimate.pairs = p.size();

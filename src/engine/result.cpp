@@ -28,6 +28,8 @@ const char* toString(Metric metric)
   switch (metric) {
   case Metric::Plane:
     return "plane";
+  case Metric::Symmetric:
+    return "symmetric";
   case Metric::Generalized:
     return "gicp";
   default:

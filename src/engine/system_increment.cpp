@@ -57,6 +57,9 @@ double tangentialShare(const stages::Covariance& c)
   return 1 / (greatest * sum);
 }
 
+/// Whether residuals are distances along normals.
+bool isAcross(Metric metric) { return metric == Metric::Plane || metric == Metric::Symmetric; }
+
 /// Of the increment, in the frame that it is estimated in.
 RigidTransform motionOf(const Estimate& estimate) { return {estimate.stages.R, estimate.stages.t}; }
 
@@ -84,14 +87,23 @@ void SystemIncrement::setPoints(const std::vector<PlacedPoint>& target, const st
   measureRounding(target, pivot);
 }
 
-void SystemIncrement::setNormals(opencl::Queue& queue,
-                                 const std::vector<PlacedPoint>& target,
-                                 const std::array<double, 3>& pivot,
-                                 const Points& normals)
+void SystemIncrement::setTargetNormals(opencl::Queue& queue,
+                                       const std::vector<PlacedPoint>& target,
+                                       const std::array<double, 3>& pivot,
+                                       const Points& normals)
 {
   metric_ = Metric::Plane;
   measureRounding(target, pivot);
-  stages::packNormals(queue, inOrder<3>(target, normals), own_);
+  stages::packTargetNormals(queue, inOrder<NORMAL_ROWS>(target, normals), own_);
+}
+
+void SystemIncrement::setSourceNormals(opencl::Queue& queue,
+                                       const std::vector<stages::Normal>& in_order,
+                                       const stages::SourcePoints& source)
+{
+  metric_ = Metric::Symmetric;
+  stages::packSourceNormals(queue, in_order, source, own_);
+  source_surfaces_ = in_order.size();
 }
 
 void SystemIncrement::setTargetCovariances(opencl::Queue& queue,
@@ -116,7 +128,7 @@ void SystemIncrement::setTargetCovariances(opencl::Queue& queue,
 void SystemIncrement::setSource(const std::vector<PlacedPoint>& source)
 {
   source_points_ = source.size();
-  source_covariances_ = 0;
+  source_surfaces_ = 0;
   lever_ = leverOf(viewOf(source));
 }
 
@@ -125,7 +137,7 @@ void SystemIncrement::setSourceCovariances(opencl::Queue& queue,
                                            const stages::SourcePoints& source)
 {
   stages::packSourceCovariances(queue, in_order, source, own_);
-  source_covariances_ = in_order.size();
+  source_surfaces_ = in_order.size();
 }
 
 double SystemIncrement::rowNoise(const System& system) const
@@ -155,6 +167,7 @@ System SystemIncrement::systemAt(opencl::Queue& queue,
   const std::size_t real_bytes = is_double ? sizeof(double) : sizeof(float);
   System system;
   system.motions = objective.motions;
+  system.turns_by_halves = metric_ == Metric::Symmetric;
   system.centre = pose(lever_.centre[0], lever_.centre[1], lever_.centre[2]);
   for (double& coordinate : system.centre)
     coordinate = rounded<float>(coordinate);
@@ -198,9 +211,10 @@ Estimate SystemIncrement::estimate(opencl::Queue& queue,
   constexpr double linear_angle = 1e-3;
   constexpr int steps_at_most = 20;
 
-  if (metric_ == Metric::Generalized && source_covariances_ != source_points_)
-    throw InvalidArgument("the source's points are " + std::to_string(source_points_) + ", its covariances " +
-                          std::to_string(source_covariances_));
+  if (knowsBothSurfaces(metric_) && source_surfaces_ != source_points_)
+    throw InvalidArgument("the source's points are " + std::to_string(source_points_) + ", its " +
+                          (metric_ == Metric::Symmetric ? "normals " : "covariances ") +
+                          std::to_string(source_surfaces_));
   Objective sought = objective;
   if (sought.loss.weighs() && sought.loss.scale == 0) {
     std::vector<float> residuals;
@@ -212,7 +226,7 @@ Estimate SystemIncrement::estimate(opencl::Queue& queue,
   const double trace = system.unweighedTrace() / (metric_ == Metric::Point ? 3 : 1);
   mean_squared_distance_ = trace > 0 ? system.cost() / trace : 0;
   Estimate step = solved(system);
-  if (metric_ == Metric::Plane)
+  if (isAcross(metric_))
     return step;
 
   const std::array<double, 3> centre = system.centre;
@@ -285,7 +299,7 @@ std::optional<Uncertainty> SystemIncrement::uncertainty(opencl::Queue& queue,
         most * most * (of_normals * of_normals + tangential_) + fitting.row_noise * fitting.row_noise;
     spectrum = spectrumAgainst(points.matrixAbout(system.centre), fitting, nothing * fitting.weight() / pairs);
     // Where no motion allowed is across the surface, as of a flat outline within its plane, GICP holds points.
-    bool across = metric_ == Metric::Plane;
+    bool across = isAcross(metric_);
     for (int k = 0; k < 6; ++k)
       across = across || spectrum.isDetermined(k);
     if (!across)

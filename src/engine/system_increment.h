@@ -27,25 +27,30 @@ struct Objective {
 /// Estimation by six normal equations, for clouds on the device.
 class SystemIncrement {
 public:
-  /// Point-to-point. As setNormals().
+  /// Point-to-point. As setTargetNormals().
   void setPoints(const std::vector<PlacedPoint>& target, const std::array<double, 3>& pivot);
 
   /// Point-to-plane.
   /// \param target the points in the order of the leaves
   /// \param pivot what they are about
   /// \param normals of the caller's points, which PlacedPoint::position counts; those that are not finite take no part
-  void setNormals(opencl::Queue& queue,
-                  const std::vector<PlacedPoint>& target,
-                  const std::array<double, 3>& pivot,
-                  const Points& normals);
+  void setTargetNormals(opencl::Queue& queue,
+                        const std::vector<PlacedPoint>& target,
+                        const std::array<double, 3>& pivot,
+                        const Points& normals);
 
-  /// GICP, with setSourceCovariances(). As setNormals(); `covariances` are COVARIANCE_ROWS floats each.
+  /// Makes point-to-plane the symmetric objective. As setSourceCovariances().
+  void setSourceNormals(opencl::Queue& queue,
+                        const std::vector<stages::Normal>& in_order,
+                        const stages::SourcePoints& source);
+
+  /// GICP, with setSourceCovariances(). As setTargetNormals(); `covariances` are COVARIANCE_ROWS floats each.
   void setTargetCovariances(opencl::Queue& queue,
                             const std::vector<PlacedPoint>& target,
                             const std::array<double, 3>& pivot,
                             const Points& covariances);
 
-  /// Forgets the covariances of the one before.
+  /// Forgets the normals or covariances of the one before.
   void setSource(const std::vector<PlacedPoint>& source);
 
   /// \param in_order of the source's rows
@@ -56,11 +61,11 @@ public:
   Metric metric() const { return metric_; }
 
   /// The increment in the target's frame, about the target's pivot; `pairs` is left to the caller. Point-to-plane's is
-  /// the linearised one (Low 2004); the others' is, for the pairs and their information, the minimum (Gauss-Newton;
-  /// with a loss iteratively reweighted).
+  /// the linearised one (Low 2004), and so is the symmetric objective's (Rusinkiewicz 2019); the others' is, for the
+  /// pairs and their information, the minimum (Gauss-Newton; with a loss iteratively reweighted).
   ///
   /// \param pose from the source's frame (about its pivot) to the target's
-  /// \throws InvalidArgument when the sums overflowed, or GICP has no covariances of the source
+  /// \throws InvalidArgument when the sums overflowed, or what a metric knows of the source is not there
   Estimate estimate(opencl::Queue& queue,
                     Precision precision,
                     const stages::SourcePoints& source,
@@ -107,7 +112,7 @@ private:
   Metric metric_ = Metric::Point;
   double tangential_ = 0; ///< the share of a pair's information that is along the surface; GICP
   Lever lever_;           ///< of the source about its pivot
-  std::size_t source_points_ = 0, source_covariances_ = 0;
+  std::size_t source_points_ = 0, source_surfaces_ = 0; ///< normals or covariances
   std::array<double, 3> rounding_{}; ///< half a unit in the last place of the target's largest coordinates
   stages::MetricPoints own_;
   stages::System stage_;

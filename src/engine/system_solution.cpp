@@ -89,10 +89,14 @@ Estimate solved(const System& system, double share_of_step)
   estimate.degeneracy = estimate.free_motions > 0 ? Degeneracy::Sliding : Degeneracy::None;
 
   StageValues& values = estimate.stages;
-  values.R = rotationOf(step[0], step[1], step[2]);
+  const double turn = system.turns_by_halves ? 0.5 : 1;
+  RigidTransform motion{rotationOf(turn * step[0], turn * step[1], turn * step[2]), {step[3], step[4], step[5]}};
+  if (system.turns_by_halves)
+    motion = compose({motion.rotation, {}}, motion);
+  values.R = motion.rotation;
   values.source_centroid = values.target_centroid = system.centre;
   for (int i = 0; i < 3; ++i) {
-    values.target_centroid[i] += step[3 + i];
+    values.target_centroid[i] += motion.translation[i];
     values.t[i] = values.target_centroid[i];
     for (int j = 0; j < 3; ++j)
       values.t[i] -= values.R[3 * i + j] * system.centre[j];

@@ -18,6 +18,7 @@ struct System {
   double row_noise = 0;                   ///< what the rows' own rounding is, relative to a unit normal
   double sum_noise = 0;                   ///< what the sums' rounding is, relative to the largest of them
   Motions motions = Motions::Rigid;       ///< that the solution may be
+  bool turns_by_halves = false;           ///< before the shift and after it (Rusinkiewicz 2019)
 
   /// Of the pairs' information along x, y and z.
   double weight() const { return sums[15] + sums[18] + sums[20]; }

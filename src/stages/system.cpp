@@ -23,6 +23,8 @@ Factor factorOf(Metric metric)
     return {"point_factor.cl", "point_sums", "point_total"};
   case Metric::Plane:
     return {"plane_factor.cl", "plane_sums", "plane_total"};
+  case Metric::Symmetric:
+    return {"symmetric_factor.cl", "symmetric_sums", "symmetric_total"};
   default:
     return {"generalized_factor.cl", "gicp_sums", "gicp_total"};
   }
@@ -46,18 +48,52 @@ cl_uint lossNumber(LossFunction function)
   }
 }
 
+/// Zero where it is not finite.
+Normal usable(const Normal& normal)
+{
+  const bool finite = std::all_of(normal.begin(), normal.end(), [](float entry) { return std::isfinite(entry); });
+  return finite ? normal : Normal{};
+}
+
+/// As many rows as a value has entries.
+template <std::size_t rows>
+void packSourceRows(opencl::Queue& queue,
+                    const std::vector<std::array<float, rows>>& values,
+                    const SourcePoints& source,
+                    opencl::Buffer& buffer)
+{
+  const std::size_t stride = source.stride;
+  queue.upload(buffer, rows * stride * sizeof(float), [&](void* memory) {
+    auto* entries = static_cast<float*>(memory);
+    std::fill(entries, entries + rows * stride, 0.0F);
+    for (std::size_t i = 0; i < values.size(); ++i)
+      for (std::size_t row = 0; row < rows; ++row)
+        entries[i + row * stride] = values[i][row];
+  });
+}
+
 } // namespace
 
-void packNormals(opencl::Queue& queue, const std::vector<std::array<float, 3>>& normals, MetricPoints& own)
+void packTargetNormals(opencl::Queue& queue, const std::vector<Normal>& normals, MetricPoints& own)
 {
   queue.upload(own.target, normals.size() * NORMAL_WORDS * sizeof(float), [&](void* memory) {
     auto* words = static_cast<float*>(memory);
-    for (const auto& [x, y, z] : normals) {
-      const bool finite = std::isfinite(x) && std::isfinite(y) && std::isfinite(z);
+    for (const Normal& normal : normals) {
+      const auto [x, y, z] = usable(normal);
       for (const float word : {x, y, z, 0.0F})
-        *words++ = finite ? word : 0;
+        *words++ = word;
     }
   });
+}
+
+void packSourceNormals(opencl::Queue& queue,
+                       const std::vector<Normal>& normals,
+                       const SourcePoints& source,
+                       MetricPoints& own)
+{
+  std::vector<Normal> usable_normals(normals.size());
+  std::transform(normals.begin(), normals.end(), usable_normals.begin(), usable);
+  packSourceRows(queue, usable_normals, source, own.source);
 }
 
 void packTargetCovariances(opencl::Queue& queue, const std::vector<Covariance>& covariances, MetricPoints& own)
@@ -77,14 +113,7 @@ void packSourceCovariances(opencl::Queue& queue,
                            const SourcePoints& source,
                            MetricPoints& own)
 {
-  const std::size_t stride = source.stride;
-  queue.upload(own.source, COVARIANCE_ROWS * stride * sizeof(float), [&](void* memory) {
-    auto* rows = static_cast<float*>(memory);
-    std::fill(rows, rows + COVARIANCE_ROWS * stride, 0.0F);
-    for (std::size_t i = 0; i < covariances.size(); ++i)
-      for (std::size_t row = 0; row < COVARIANCE_ROWS; ++row)
-        rows[i + row * stride] = covariances[i][row];
-  });
+  packSourceRows(queue, covariances, source, own.source);
 }
 
 void System::enqueue(opencl::Queue& queue,
@@ -118,7 +147,7 @@ void System::enqueue(opencl::Queue& queue,
                rowsOf(pose),
                target.leaves,
                metric == Metric::Point ? target.leaves : own.target,
-               metric == Metric::Generalized ? own.source : target.leaves,
+               knowsBothSurfaces(metric) ? own.source : target.leaves,
                rowsOf(turn),
                about,
                lossNumber(loss.function),

@@ -9,15 +9,21 @@
 
 namespace pcl_gpu_icp::stages {
 
-/// What a metric knows of the points: normals of the target's (point-to-plane), or covariances of both clouds' (GICP).
-/// See kernels/layout.h.
+/// What a metric knows of the points: normals of the target's (point-to-plane), or normals (symmetric) or covariances
+/// (GICP) of both clouds'. See kernels/layout.h.
 struct MetricPoints {
   opencl::Buffer target{"normals or covariances of the target"};
-  opencl::Buffer source{"covariances of the source"};
+  opencl::Buffer source{"normals or covariances of the source"};
 };
 
-/// Copies a normal for each target point, in the order of the leaves; those that are not finite become zero.
-void packNormals(opencl::Queue& queue, const std::vector<std::array<float, 3>>& normals, MetricPoints& own);
+using Normal = std::array<float, NORMAL_ROWS>;
+/// In the order of the leaves; those that are not finite become zero.
+void packTargetNormals(opencl::Queue& queue, const std::vector<Normal>& normals, MetricPoints& own);
+/// In the order of the source's rows; likewise.
+void packSourceNormals(opencl::Queue& queue,
+                       const std::vector<Normal>& normals,
+                       const SourcePoints& source,
+                       MetricPoints& own);
 
 /// xx xy xz yy yz zz
 using Covariance = std::array<float, COVARIANCE_ROWS>;

@@ -62,6 +62,14 @@ class Compare(CommandTest):
             self.assertGreater(math.dist(*images), 2e-3, "the other metric has not got as far")
         self.assertIn("\nmetric      plane\n", self.succeed(*arguments, "--metric", "plane"))
 
+    def test_metric_symmetric(self):
+        source = self.write("hills.pcd", pcd(sampled_surface(1500, seed=2)))
+        target = self.write("more_hills.pcd", pcd([moved(MOTION, point) for point in sampled_surface(3000, seed=1)]))
+        report = json.loads(self.succeed("compare", source, target, "--metric", "symmetric", "--iterations", "8",
+                                         "--json", "-"))
+        self.assertEqual(report["metric"], "symmetric")
+        self.assertLess(report["plugin"]["iterations"], 9)
+
     def test_metric_gicp(self):
         source = self.write("hills.pcd", pcd(sampled_surface(1500, seed=2)))
         target = self.write("more_hills.pcd", pcd([moved(MOTION, point) for point in sampled_surface(3000, seed=1)]))

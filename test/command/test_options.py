@@ -116,7 +116,7 @@ class Options(CommandTest):
                 self.assert_maps(by_planes["transform"], hills, [moved(MOTION, point) for point in hills], 0.01)
         self.assertIn("normals", self.align(source, target, "--metric", "plane")["times_ms"])
         self.assertIn("\nmetric     plane\n", self.succeed("align", source, target, "--metric", "plane"))
-        self.fail_with(USAGE, "align", source, target, "--metric", "line", names=["--metric", "gicp|plane|point"])
+        self.fail_with(USAGE, "align", source, target, "--metric", "line", names=["--metric", "gicp|plane|point|symmetric"])
 
     def test_metric_gicp(self):
         hills = sampled_surface(1500, seed=2)
@@ -243,7 +243,7 @@ class Options(CommandTest):
         source = self.write("hills.pcd", pcd(hills))
         target = self.write("moved_hills.pcd", pcd([moved(turn, point) for point in sampled_surface(3000, seed=1)]))
         guess = "1 0 0 0 0 1 0 0 0 0 1 0.01"
-        for metric in ("point", "plane", "gicp"):
+        for metric in ("point", "plane", "symmetric", "gicp"):
             for motions in ("planar", "yaw", "translation"):
                 with self.subTest(metric=metric, motions=motions):
                     found = self.align(source, target, "--metric", metric, "--motions", motions, "--guess", guess)

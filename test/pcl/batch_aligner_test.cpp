@@ -209,7 +209,7 @@ TEST(BatchAligner, NormalsOfASharedTargetAreEstimatedOnceAndScheduled)
   std::vector<Pair> pairs;
   for (unsigned i = 0; i < 9; ++i)
     pairs.push_back({scenes::moved(*scenes::hills<Point>(300, 20 + i), scenes::smallMotion()), target});
-  for (const Metric metric : {Metric::Plane, Metric::Generalized}) {
+  for (const Metric metric : {Metric::Plane, Metric::Symmetric, Metric::Generalized}) {
     SCOPED_TRACE(toString(metric));
     const auto configure = [metric](Icp& icp) {
       icp.setMetric(metric);

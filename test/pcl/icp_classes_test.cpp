@@ -98,7 +98,7 @@ TEST_P(IcpClasses, WithNormalsEndsWhereStockDoes)
   EXPECT_EQ(ours.getMetric(), Metric::Plane);
 }
 
-TEST_P(IcpClasses, SymmetricObjectiveIsPclsAndCanBeLeftAgain)
+TEST_P(IcpClasses, SymmetricObjectiveEndsWhereStocksDoesAndCanBeLeftAgain)
 {
   pcl::IterativeClosestPointWithNormals<PointNormal, PointNormal> stock;
   IterativeClosestPointWithNormals<PointNormal, PointNormal> ours;
@@ -111,7 +111,11 @@ TEST_P(IcpClasses, SymmetricObjectiveIsPclsAndCanBeLeftAgain)
     ours.setEnforceSameDirectionNormals(same_direction);
     EXPECT_LT(apart(align(ours), align(stock)), 1e-4);
     EXPECT_NE(ours.getFinalTransformation(), planes);
+    EXPECT_EQ(ours.getResult().metric, same_direction ? Metric::Symmetric : Metric::Point);
   }
+  ours.setEnforceSameDirectionNormals(true);
+  align(ours);
+  EXPECT_EQ(ours.getResult().metric, Metric::Symmetric);
   ours.setUseSymmetricObjective(false);
   EXPECT_EQ(align(ours), planes);
 }

@@ -15,7 +15,7 @@
 namespace pcl_gpu_icp::test {
 namespace {
 
-constexpr Metric metrics[] = {Metric::Point, Metric::Plane, Metric::Generalized};
+constexpr Metric metrics[] = {Metric::Point, Metric::Plane, Metric::Symmetric, Metric::Generalized};
 constexpr LossFunction functions[] = {
     LossFunction::Huber, LossFunction::Cauchy, LossFunction::GemanMcClure, LossFunction::Tukey, LossFunction::Welsch};
 

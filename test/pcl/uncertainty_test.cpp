@@ -88,7 +88,7 @@ std::pair<double, double> ratios(const Spread& spread)
   return {std::sqrt(solver.eigenvalues()[0]), std::sqrt(solver.eigenvalues()[5])};
 }
 
-constexpr Metric metrics[] = {Metric::Point, Metric::Plane, Metric::Generalized};
+constexpr Metric metrics[] = {Metric::Point, Metric::Plane, Metric::Symmetric, Metric::Generalized};
 
 TEST(UncertaintyOfAnAnswer, IsTheSpreadOfNoisyAlignments)
 {

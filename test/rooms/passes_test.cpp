@@ -91,9 +91,10 @@ TEST_P(Passes, OfMatching)
   const auto index = std::make_shared<search::NearestIndex>();
   index->build(viewOf(target_));
   const PointCovariances of_target = covariancesAlong(normals_);
-  const PointCovariances of_source = covariancesAlong(directions(random_, source_.cols()));
+  const Cloud source_normals = directions(random_, source_.cols());
+  const PointCovariances of_source = covariancesAlong(source_normals);
   for (const bool device_searches : {false, true})
-    for (const Metric metric : {Metric::Point, Metric::Plane, Metric::Generalized}) {
+    for (const Metric metric : {Metric::Point, Metric::Plane, Metric::Symmetric, Metric::Generalized}) {
       if (device_searches && !GetParam().searches())
         continue;
       SCOPED_TRACE(std::string(device_searches ? "device" : "host") + ", " + toString(metric));
@@ -101,11 +102,13 @@ TEST_P(Passes, OfMatching)
           [&](const opencl::Traits& traits) {
             Matcher matcher = makeMatcher(device(), traits, precision());
             matcher.setTarget(device_searches ? matcher.makeTarget(viewOf(target_)) : matcher.makeTarget(index));
-            if (metric == Metric::Plane)
+            if (metric == Metric::Plane || metric == Metric::Symmetric)
               matcher.setTargetNormals(viewOf(normals_));
             if (metric == Metric::Generalized)
               matcher.setTargetCovariances({of_target.data(), of_target.size(), sizeof(of_target[0])});
             matcher.setSource(viewOf(source_));
+            if (metric == Metric::Symmetric)
+              matcher.setSourceNormals(viewOf(source_normals));
             if (metric == Metric::Generalized)
               matcher.setSourceCovariances({of_source.data(), of_source.size(), sizeof(of_source[0])});
             matcher.match({}, 1.0F); // the next one has candidates

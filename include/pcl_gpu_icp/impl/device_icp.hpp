@@ -86,7 +86,7 @@ void DeviceIcp<PclIcp>::setPipeline(Pipeline pipeline)
 template <typename PclIcp>
 void DeviceIcp<PclIcp>::setMetric(Metric metric)
 {
-  generalized_ = metric == Metric::Generalized;
+  of_both_ = knowsBothSurfaces(metric) ? std::optional(metric) : std::nullopt;
   if (metric == Metric::Plane && !plane_estimation_) {
     plane_estimation_ = pcl::make_shared<PlaneEstimation>();
     if (device_)
@@ -101,8 +101,8 @@ void DeviceIcp<PclIcp>::setMetric(Metric metric)
 template <typename PclIcp>
 Metric DeviceIcp<PclIcp>::getMetric() const
 {
-  if (generalized_)
-    return Metric::Generalized;
+  if (of_both_)
+    return *of_both_;
   return dynamic_cast<const PlaneEstimation*>(this->Registration::transformation_estimation_.get()) ? Metric::Plane
                                                                                                     : Metric::Point;
 }

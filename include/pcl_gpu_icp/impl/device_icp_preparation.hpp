@@ -95,7 +95,7 @@ bool DeviceIcp<PclIcp>::usesDefaultSearch() const
   return this->correspondence_estimation_ == default_correspondence_estimation_ && this->tree_ == nearest_tree_ &&
          nearest_tree_->index() &&
          // GICP would take the source's covariances from it.
-         (!(this->use_reciprocal_correspondence_ || generalized_) ||
+         (!(this->use_reciprocal_correspondence_ || of_both_ == Metric::Generalized) ||
           this->tree_reciprocal_ == default_reciprocal_tree_);
 }
 
@@ -105,9 +105,10 @@ void DeviceIcp<PclIcp>::prepareMatching()
   result_.metric = getMetric();
   matches_on_device_ = usesDefaultSearch();
   if (solvesSystem() && !(matches_on_device_ && estimatesRigidly()))
-    throw InvalidArgument(std::string(isGeneralized()  ? "generalized ICP"
-                                      : loss_.weighs() ? "a loss"
-                                                       : "fewer than six motions") +
+    throw InvalidArgument(std::string(result_.metric == Metric::Generalized ? "generalized ICP"
+                                      : result_.metric == Metric::Symmetric ? "the symmetric metric"
+                                      : loss_.weighs()                      ? "a loss"
+                                                                            : "fewer than six motions") +
                           " excludes a search method, a correspondence estimation, a transformation estimation or a "
                           "point representation of the caller's");
   if (search_ == CorrespondenceSearch::DeviceKdTree && !matches_on_device_)
@@ -177,7 +178,9 @@ void DeviceIcp<PclIcp>::prepareMatchingOnDevice()
     const Stopwatch watch(result_.host_times, "pack");
     matcher_->setSource(takingPart());
   }
-  if (isGeneralized())
+  if (result_.metric == Metric::Symmetric)
+    prepareNormalsOfBoth();
+  if (result_.metric == Metric::Generalized)
     prepareCovariances();
   {
     const Stopwatch watch(result_.host_times, "pack");
@@ -234,20 +237,52 @@ void DeviceIcp<PclIcp>::prepareMetric()
 
 template <typename PclIcp>
 template <typename PointT>
+const NormalEstimator::Normals&
+DeviceIcp<PclIcp>::estimatedNormals(const pcl::PointCloud<PointT>& cloud, unsigned neighbours, KeptNormals& kept)
+{
+  const Points points = search::pointsOf(cloud);
+  const TargetCache::NormalsOf of{search::fingerprintOf(points), neighbours, detail::precisionFor<Scalar>(device())};
+  if (!kept.normals || kept.of != of)
+    kept = {of, normalsOf(points, std::get<0>(of), neighbours)};
+  return *kept.normals;
+}
+
+template <typename PclIcp>
+template <typename PointT>
+Points DeviceIcp<PclIcp>::normalsOf(const pcl::PointCloud<PointT>& cloud, [[maybe_unused]] KeptNormals& kept)
+{
+  if constexpr (pcl::traits::has_normal<PointT>::value)
+    return search::normalsOf(cloud);
+  else {
+    const NormalEstimator::Normals& normals = estimatedNormals(cloud, NormalEstimator::default_neighbours, kept);
+    return {normals.data()->data(), normals.size(), sizeof(NormalEstimator::Normals::value_type)};
+  }
+}
+
+template <typename PclIcp>
+void DeviceIcp<PclIcp>::prepareNormalsOfBoth()
+{
+  const Stopwatch watch(result_.host_times, "normals");
+  const Points of_target = normalsOf(*this->target_, kept_target_normals_);
+  const std::uint64_t fingerprint = 1 + search::fingerprintOf(of_target); // another than point-to-plane's
+  if (matcher_normals_ != fingerprint) {
+    matcher_normals_ = 0;
+    matcher_->setTargetNormals(of_target);
+    matcher_normals_ = fingerprint;
+  }
+  matcher_->setSourceNormals(normalsOf(*this->input_, kept_source_normals_));
+}
+
+template <typename PclIcp>
+template <typename PointT>
 PointCovariances DeviceIcp<PclIcp>::covariancesOf(const pcl::PointCloud<PointT>& cloud,
                                                   const CovarianceSettings& settings,
                                                   const PointCovariances& given,
                                                   KeptNormals& kept,
                                                   const char* whose)
 {
-  if (given.empty()) {
-    const Points points = search::pointsOf(cloud);
-    const TargetCache::NormalsOf of{
-        search::fingerprintOf(points), settings.neighbours, detail::precisionFor<Scalar>(device())};
-    if (!kept.normals || kept.of != of)
-      kept = {of, normalsOf(points, std::get<0>(of), settings.neighbours)};
-    return surfaceCovariances(*kept.normals, settings.epsilon);
-  }
+  if (given.empty())
+    return surfaceCovariances(estimatedNormals(cloud, settings.neighbours, kept), settings.epsilon);
   requireCovariances(given, cloud.size(), whose);
   return given;
 }

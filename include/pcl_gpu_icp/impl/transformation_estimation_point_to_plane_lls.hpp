@@ -37,10 +37,10 @@ Points TransformationEstimationPointToPlaneLLS<PointSource, PointTarget, Scalar>
     [[maybe_unused]] const EstimateNormals& estimate,
     [[maybe_unused]] std::shared_ptr<const Normals>& kept) const
 {
-  Points normals = search::pointsOf(cloud);
   if constexpr (pcl::traits::has_normal<PointTarget>::value)
-    normals.data = cloud.empty() ? nullptr : &cloud[0].normal_x;
+    return search::normalsOf(cloud);
   else {
+    Points normals = search::pointsOf(cloud);
     const std::uint64_t fingerprint = search::fingerprintOf(normals);
     const std::lock_guard<std::mutex> lock(normals_mutex_);
     if (!normals_ || normals_of_ != fingerprint) {
@@ -50,8 +50,8 @@ Points TransformationEstimationPointToPlaneLLS<PointSource, PointTarget, Scalar>
     kept = normals_;
     normals.data = kept->data();
     normals.stride = sizeof(Normals::value_type);
+    return normals;
   }
-  return normals;
 }
 
 template <typename PointSource, typename PointTarget, typename Scalar>

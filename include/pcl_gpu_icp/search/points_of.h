@@ -19,4 +19,13 @@ Points pointsOf(const pcl::PointCloud<PointT>& cloud, const pcl::Indices* indice
   return points;
 }
 
+/// A view of the normals of a cloud whose point type has them.
+template <typename PointT>
+Points normalsOf(const pcl::PointCloud<PointT>& cloud)
+{
+  Points normals = pointsOf(cloud);
+  normals.data = cloud.empty() ? nullptr : &cloud[0].normal_x;
+  return normals;
+}
+
 } // namespace pcl_gpu_icp::search
