@@ -6,7 +6,7 @@
 
 #include "report/format.h"
 
-#include <pcl/io/lzf.h>
+#include <lzf.h>
 
 #include <algorithm>
 #include <cctype>
@@ -236,7 +236,7 @@ private:
     if (needed / best_lzf_ratio > sizes[0])
       fail("the compressed data are corrupt: too short for the points they promise");
     std::vector<std::uint8_t> columns(needed);
-    if (pcl::lzfDecompress(rest_.data(), sizes[0], columns.data(), sizes[1]) != needed)
+    if (lzf_decompress(rest_.data(), sizes[0], columns.data(), sizes[1]) != needed)
       fail("the compressed data are corrupt");
     interleave(columns);
   }
@@ -354,7 +354,7 @@ std::string writePcd(const Cloud& cloud)
   std::vector<char> packed(std::min(columns.size() + columns.size() / 16 + 64, most));
   const auto size = static_cast<std::uint32_t>(columns.size()); // as Cloud::setSize() bounds it
   const std::uint32_t packed_size =
-      pcl::lzfCompress(columns.data(), size, packed.data(), static_cast<std::uint32_t>(packed.size()));
+      lzf_compress(columns.data(), size, packed.data(), static_cast<std::uint32_t>(packed.size()));
   if (packed_size == 0)
     throw std::runtime_error("LZF cannot compress this cloud");
   std::string content = header(cloud, "binary_compressed");
