@@ -23,19 +23,28 @@ def escaped(text):
 
 
 def entries(text):
-    """Of a help text: (group, entry, description), and (None, None, text) for what stands outside of groups."""
-    group, found = None, []
+    """Of a help text: (group, entry, description), and (None, None, text) for a paragraph outside of groups."""
+    group, found, continues = None, [], False
     for line in text.splitlines():
         if match := GROUP.match(line):
             group = match[1]
         elif group and (match := ENTRY.match(line)):
             found.append([group, match[1], match[2] or ""])
-        elif found and group and (match := MORE.match(line)):
+        elif group and found and (match := MORE.match(line)):
             found[-1][2] = f"{found[-1][2]} {match[1]}".strip()
+        elif line and continues and not line.startswith("Usage: "):
+            found[-1][2] += f" {line}"
         elif line:
             group = None
             found.append([None, None, line])
+        continues = bool(line) and group is None and not line.startswith("Usage: ")
     return found
+
+
+def entry_lines(entry, description):
+    if entry.endswith(":"):  # an example and what it is for
+        return ["", escaped(entry), "", f"    {description}"]
+    return ["", "````{option} " + entry.replace(",-", ", -"), escaped(description), "````"]
 
 
 def options(texts):
@@ -45,14 +54,15 @@ def options(texts):
         lines += ["", f"## {name}", "", f"```{{program}} pcl_gpu_icp {name}", "```"]
         last = None
         for group, entry, description in entries(text):
-            if group is None:
-                usage = description.startswith("Usage: ")
-                lines += ["", f"    {description[len('Usage: '):]}" if usage else escaped(description)]
-            else:
-                if group != last:
-                    lines += ["", f"### {group.capitalize() if group.isupper() else group}"]
-                lines += ["", "````{option} " + entry.replace(",-", ", -"), escaped(description), "````"]
+            if group and group != last:
+                lines += ["", f"### {group}"]
             last = group
+            if group:
+                lines += entry_lines(entry, description)
+            elif description.startswith("Usage: "):
+                lines += ["", f"    {description[len('Usage: '):]}"]
+            else:
+                lines += ["", escaped(description)]
     return "\n".join(lines) + "\n"
 
 
