@@ -64,7 +64,7 @@ kernel void listed_sums(global const float* restrict pairs, uint stride, uint n,
 // One work-group of WORK_GROUP_SIZE (a power of two) per block.
 kernel void listed_sums(global const float* restrict pairs, uint stride, uint n, global real* restrict partials)
 {
-  local real scratch[WORK_GROUP_SIZE];
+  local real4 scratch[WORK_GROUP_SIZE];
   const uint lane = get_local_id(0);
   const uint block = get_block();
   real sums[SUMS_PER_BLOCK] = {0};
@@ -81,8 +81,10 @@ kernel void listed_sums(global const float* restrict pairs, uint stride, uint n,
         sums[6 + 3 * a + b] += p[a] * q[b];
     }
   }
-  for (uint s = 0; s < SUMS_PER_BLOCK; ++s)
-    sum_over_group(sums[s], scratch, partials + block * SUMS_PER_BLOCK + s);
+#pragma unroll
+  for (uint s = 0; s < SUMS_PER_BLOCK; s += 4)
+    sum_over_group(
+        (real4)(sums[s], sums[s + 1], sums[s + 2], sums[s + 3]), scratch, partials + block * SUMS_PER_BLOCK + s);
 }
 
 #endif

@@ -48,10 +48,10 @@ kernel void match(SOURCE_ARGUMENTS,
   const uint matched = accumulate_block(&source, pose, leaves, partials);
   tallies[get_block()] = (uint2)(matched, searched);
 #else
-  local real sums[WORK_GROUP_SIZE];
+  local real4 scratch[WORK_GROUP_SIZE];
   local uint tally[2];
   const Total total = accumulate_block(&source, pose, leaves);
-  write_total(&total, searched, sums, tally, partials, tallies);
+  write_total(&total, searched, scratch, tally, partials, tallies);
 #endif
 }
 
@@ -117,10 +117,10 @@ kernel void accumulate(SOURCE_ARGUMENTS,
 #ifdef CHUNKED
   tallies[get_block()] = (uint2)(accumulate_block(&source, pose, leaves, partials), 0);
 #else
-  local real sums[WORK_GROUP_SIZE];
+  local real4 scratch[WORK_GROUP_SIZE];
   local uint tally[2];
   const Total total = accumulate_block(&source, pose, leaves);
-  write_total(&total, 0, sums, tally, partials, tallies);
+  write_total(&total, 0, scratch, tally, partials, tallies);
 #endif
 }
 
@@ -133,11 +133,19 @@ kernel void match_solve(global const real* restrict partials,
 {
   SUMS_SPACE real sums[SUMS_PER_BLOCK], lost[SUMS_PER_BLOCK];
   add_partials(partials, blocks, sums, lost);
+  uint2 tally = 0;
+  for (uint block = get_local_id(0); block < blocks; block += get_local_size(0))
+    tally += tallies[block];
+#ifndef CHUNKED
+  local uint2 counts[SUMS_PER_BLOCK];
+  counts[get_local_id(0)] = tally;
+  barrier(CLK_LOCAL_MEM_FENCE);
+  tally = 0;
+  for (uint item = 0; item < SUMS_PER_BLOCK; ++item)
+    tally += counts[item];
+#endif
   if (get_local_id(0) != 0)
     return;
-  uint2 tally = 0;
-  for (uint block = 0; block < blocks; ++block)
-    tally += tallies[block];
   summary->matched = tally.x;
   summary->searched = tally.y;
   summary->squared_distances = sums[15] + lost[15];

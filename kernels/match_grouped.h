@@ -46,14 +46,17 @@ static inline void add_pair(Total* total, float3 p, float3 q, float distance_sq)
 // Adds up what the work-items of a group have, in a fixed order. By all of them.
 static inline void write_total(const Total* total,
                                uint searched,
-                               local real* sums,
+                               local real4* scratch,
                                local uint* tally,
                                global real* restrict partials,
                                global uint2* restrict tallies)
 {
   const uint item = get_local_id(0);
-  for (int s = 0; s < SUMS_PER_BLOCK; ++s)
-    sum_over_group(total->sums[s], sums, partials + get_block() * SUMS_PER_BLOCK + s);
+  const real* sums = total->sums;
+#pragma unroll
+  for (int s = 0; s < SUMS_PER_BLOCK; s += 4)
+    sum_over_group(
+        (real4)(sums[s], sums[s + 1], sums[s + 2], sums[s + 3]), scratch, partials + get_block() * SUMS_PER_BLOCK + s);
   if (item == 0)
     tally[0] = tally[1] = 0;
   barrier(CLK_LOCAL_MEM_FENCE);
@@ -119,12 +122,13 @@ static inline float search_match(
   source->searched_at[i + 2 * source->stride] = query.z;
   // Of what is so far that its square is infinite nothing is known.
   const float bound_sq = min(search.bound_sq, MAXFLOAT);
-  source->searched_at[i + 3 * source->stride] = sqrt(min(search.distances_sq[1], bound_sq));
+  source->searched_at[i + 3 * source->stride] = sqrt(min(search.second_sq, bound_sq));
   source->searched_at[i + 4 * source->stride] = sqrt(bound_sq);
+#pragma unroll
   for (uint k = 0; k < KEPT_CANDIDATES; ++k)
-    source->candidates[i + k * source->stride] = search.positions[k];
-  *match = search.positions[0];
-  return search.distances_sq[0];
+    source->candidates[i + rank_of(&search, k) * source->stride] = search.positions[k];
+  *match = search.nearest;
+  return search.nearest_sq;
 }
 
 // A work-group per block of POINTS_PER_MATCH_BLOCK source points; so are the others.

@@ -38,9 +38,13 @@ kernel void nearest(global const float* restrict queries,
     return;
   Search search = search_of((float3)(queries[i], queries[i + stride], queries[i + 2 * stride]), INFINITY, INFINITY, k);
   search_tree(&search, &tree);
-  for (uint row = 0; row < k; ++row) {
-    positions[i + row * stride] = search.positions[row];
-    distances_sq[i + row * stride] = search.distances_sq[row];
+#pragma unroll
+  for (uint place = 0; place < KEPT_MOST; ++place) {
+    const uint row = rank_of(&search, place);
+    if (row < k) {
+      positions[i + row * stride] = search.positions[place];
+      distances_sq[i + row * stride] = search.distances_sq[place];
+    }
   }
 #endif
 }

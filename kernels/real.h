@@ -13,6 +13,7 @@
 #ifdef REAL_IS_DOUBLE
 #pragma OPENCL EXTENSION cl_khr_fp64 : enable
 typedef double real;
+typedef double4 real4;
 typedef double8 real8;
 typedef double8 real_lanes;
 typedef double16 real_sums;
@@ -22,6 +23,7 @@ typedef double16 real_sums;
 #define REAL_EPSILON DBL_EPSILON
 #else
 typedef float real;
+typedef float4 real4;
 typedef float8 real8;
 typedef float16 real_lanes;
 typedef float16 real_sums;

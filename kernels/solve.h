@@ -73,16 +73,26 @@ static inline void add_partials(global const real* restrict partials, uint block
 
 #else
 
-// A work-group of SUMS_PER_BLOCK work-items, each of which adds up one of the sums; all get all of them.
+#define BLOCKS_AT_ONCE 8
+
+// A work-group of SUMS_PER_BLOCK work-items, each of which adds up one of the sums; all get all of them. The terms of a
+// few blocks are read at once, because a sum alone would wait for the memory in each step.
 static inline void add_partials(global const real* restrict partials, uint blocks, local real* sums, local real* lost)
 {
   const uint s = get_local_id(0);
   real total = 0, remainder = 0;
-  for (uint block = 0; block < blocks; ++block) {
-    const real term = partials[block * SUMS_PER_BLOCK + s];
-    const real sum = total + term;
-    remainder += fabs(total) >= fabs(term) ? (total - sum) + term : (term - sum) + total;
-    total = sum;
+  for (uint first = 0; first < blocks; first += BLOCKS_AT_ONCE) {
+    real terms[BLOCKS_AT_ONCE];
+#pragma unroll
+    for (uint i = 0; i < BLOCKS_AT_ONCE; ++i)
+      terms[i] = partials[min(first + i, blocks - 1) * SUMS_PER_BLOCK + s];
+#pragma unroll
+    for (uint i = 0; i < BLOCKS_AT_ONCE; ++i)
+      if (first + i < blocks) {
+        const real sum = total + terms[i];
+        remainder += fabs(total) >= fabs(terms[i]) ? (total - sum) + terms[i] : (terms[i] - sum) + total;
+        total = sum;
+      }
   }
   sums[s] = total;
   lost[s] = remainder;

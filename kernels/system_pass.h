@@ -71,7 +71,7 @@ kernel void system_sums(global const float* source_points,
   for (int s = 0; s < SYSTEM_SUMS_ROWS * SUMS_PER_BLOCK; ++s)
     partials[(s / SUMS_PER_BLOCK * blocks + block) * SUMS_PER_BLOCK + s % SUMS_PER_BLOCK] = sum_lanes(sums[s]);
 #else
-  local real scratch[WORK_GROUP_SIZE];
+  local real4 scratch[WORK_GROUP_SIZE];
   const uint item = get_local_id(0);
   for (uint i = begin + item; i < end; i += WORK_GROUP_SIZE) {
     positions[0] = matches[i];
@@ -88,9 +88,11 @@ kernel void system_sums(global const float* source_points,
     if (keeps_residuals && rows[POINT_ROWS][0] > 0)
       residuals[i] = residual[0];
   }
-  for (int s = 0; s < SYSTEM_SUMS_ROWS * SUMS_PER_BLOCK; ++s)
-    sum_over_group(
-        sums[s], scratch, partials + (s / SUMS_PER_BLOCK * blocks + block) * SUMS_PER_BLOCK + s % SUMS_PER_BLOCK);
+#pragma unroll
+  for (int s = 0; s < SYSTEM_SUMS_ROWS * SUMS_PER_BLOCK; s += 4)
+    sum_over_group((real4)(sums[s], sums[s + 1], sums[s + 2], sums[s + 3]),
+                   scratch,
+                   partials + (s / SUMS_PER_BLOCK * blocks + block) * SUMS_PER_BLOCK + s % SUMS_PER_BLOCK);
 #endif
 }
 

@@ -16,15 +16,14 @@
 typedef struct {
   global const float* leaves;
   global const float* nodes;
-  uint first_node[TREE_LEVELS]; // of each level, the lowest first, in `nodes`
+  uint8 first_node; // of each of TREE_LEVELS levels, the lowest first, in `nodes`
   uint root_level;
 } Tree;
 
 static inline Tree
 tree_of(global const float* restrict leaves, global const float* restrict nodes, uint8 first_node, uint root_level)
 {
-  Tree tree = {leaves, nodes, {0}, root_level};
-  vstore8(first_node, 0, tree.first_node);
+  const Tree tree = {leaves, nodes, first_node, root_level};
   return tree;
 }
 

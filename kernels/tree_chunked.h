@@ -131,6 +131,13 @@ static inline uint16 child_keys(float3 low, float3 high, global const float* res
   return (as_uint16(dx * dx + dy * dy + dz * dz) & ~15u) | as_uint16(LANE_NUMBERS);
 }
 
+// Where a node's boxes are.
+static inline global const float* node_of(const Tree* tree, uint level, uint node)
+{
+  const uint* first_node = (const uint*)&tree->first_node;
+  return tree->nodes + (first_node[level] + node) * NODE_WORDS;
+}
+
 // Depth first, the child nearest to the queries' box first. `pending` holds each level's children that are still to be
 // looked at.
 static inline void search_tree(Search* search, const Tree* tree)
@@ -147,7 +154,7 @@ static inline void search_tree(Search* search, const Tree* tree)
   float greatest_radius_sq = greatest(search->radius_sq);
   uint pending[TREE_LEVELS * NODE_CHILDREN];
   uint level = tree->root_level, node = 0;
-  vstore16(child_keys(low, high, tree->nodes + tree->first_node[level] * NODE_WORDS), level, pending);
+  vstore16(child_keys(low, high, node_of(tree, level, node)), level, pending);
   bool done = false;
   while (!done) {
     const uint16 keys = vload16(level, pending);
@@ -161,8 +168,7 @@ static inline void search_tree(Search* search, const Tree* tree)
     }
     else {
       vstore16(select(keys, as_uint16(infinite), keys == key), level, pending);
-      const float16 distances_sq =
-          box_distances(q, tree->nodes + (tree->first_node[level] + node) * NODE_WORDS, key & 15u);
+      const float16 distances_sq = box_distances(q, node_of(tree, level, node), key & 15u);
       const int16 near = distances_sq < search->radius_sq;
       search->bound_sq = min(search->bound_sq, select(distances_sq, infinite, near));
       if (any_of(near)) {
@@ -177,7 +183,7 @@ static inline void search_tree(Search* search, const Tree* tree)
         else {
           --level;
           node = child;
-          vstore16(child_keys(low, high, tree->nodes + (tree->first_node[level] + node) * NODE_WORDS), level, pending);
+          vstore16(child_keys(low, high, node_of(tree, level, node)), level, pending);
         }
       }
     }
