@@ -1,10 +1,7 @@
 // Surface normals: at every query the direction in which the covariance of its nearest points is least (Hoppe et al.
 // 1992): a unit vector, or NaN where the points do not span a plane.
-#include "block.h"
+#include "nearest.cl"
 #include "svd3.h"
-
-#define KEPT_MOST NEAREST_MOST
-#include "tree.h"
 
 #pragma OPENCL FP_CONTRACT ON
 

@@ -36,7 +36,7 @@ struct NormalEstimator::Implementation {
   opencl::Queue queue;
   stages::TargetPoints target;
   stages::SourcePoints queries;
-  stages::Nearest nearest;
+  stages::Nearest nearest{"normals.cl"};
   stages::Normals stage;
 };
 
