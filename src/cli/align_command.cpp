@@ -2,6 +2,7 @@
 #include "cli/cloud_file.h"
 #include "cli/cloud_pair.h"
 #include "cli/commands.h"
+#include "cli/help.h"
 #include "cli/icp_settings.h"
 #include "cli/interruption.h"
 #include "cli/live_line.h"
@@ -194,19 +195,32 @@ ExitCode align(const AlignOptions& options)
 Run addAlign(CLI::App& command)
 {
   const auto options = std::make_shared<AlignOptions>();
-  addAlignmentOptions(command, *options);
   command.add_option("-o,--output", options->output, "write the source, moved, with all its fields: .pcd or .ply")
       ->check(CLI::Validator(
           [](std::string& path) { return formatOf(path) ? "" : path + " ends in neither .pcd nor .ply"; }, ""))
-      ->type_name("FILE");
-  command.add_option("--matrix", options->matrix, "write the transform: 4 lines of 4 numbers")->type_name("FILE");
+      ->type_name("FILE")
+      ->group(group::common);
+  addAlignmentOptions(command, *options);
+  command.add_option("--matrix", options->matrix, "write the transform: 4 lines of 4 numbers")
+      ->type_name("FILE")
+      ->group(group::output);
   command
       .add_option("--png",
                   options->png,
                   "draw the clouds before and after from three sides, and the distances; also where there is no answer")
-      ->type_name("FILE");
-  command.add_flag(
-      "--verbose", options->verbose, "every time that was taken in the summary, each below what it is a part of");
+      ->type_name("FILE")
+      ->group(group::output);
+  command
+      .add_flag(
+          "--verbose", options->verbose, "every time that was taken in the summary, each below what it is a part of")
+      ->group(group::output);
+  command.footer(exampleText({{"Write the source, moved onto the target, and the transform",
+                               "pcl_gpu_icp align source.pcd target.pcd -o aligned.pcd --matrix pose.txt"},
+                              {"Surfaces, from a pose known to half a metre; look at the result in a browser",
+                               "pcl_gpu_icp align source.ply target.ply --metric plane --max-distance 0.5 \\\n        "
+                               "--guess pose.txt --report result.html"},
+                              {"Large clouds in an unknown pose, for a script: JSON, good answers only",
+                               "pcl_gpu_icp align source.pcd target.pcd --leaf 0.2 --guess auto --strict --json -"}}));
   return [options] {
     const Interruption interruption(endAtOnce);
     return align(*options);

@@ -1,6 +1,7 @@
 #include "cli/cloud_pair.h"
 #include "cli/commands.h"
 #include "cli/guess.h"
+#include "cli/help.h"
 #include "cli/icp_settings.h"
 #include "cli/interruption.h"
 #include "cli/options.h"
@@ -271,19 +272,30 @@ Run addCompare(CLI::App& command)
   command.add_option("--tolerance-degrees", options->tolerance.degrees, "exit 1 where the rotations differ by more")
       ->check(positiveNumber())
       ->type_name("DEGREES")
-      ->capture_default_str();
+      ->capture_default_str()
+      ->group(group::comparison);
   command
       .add_option("--tolerance-distance",
                   options->tolerance.metres,
                   "exit 1 where the images of the source's centroid are farther apart, in the unit of the files")
       ->check(positiveNumber())
       ->type_name("DISTANCE")
-      ->capture_default_str();
+      ->capture_default_str()
+      ->group(group::comparison);
   command
       .add_option("--stock-limit", options->stock_limit_s, "how long stock PCL may take before it counts as no answer")
       ->check(positiveNumber())
       ->type_name("SECONDS")
-      ->capture_default_str();
+      ->capture_default_str()
+      ->group(group::comparison);
+  command.footer(
+      exampleText({{"Stock PCL and the device with PCL's defaults", "pcl_gpu_icp compare source.pcd target.pcd"},
+                   {"Planes, both stopped after 30 iterations, as a page to look at",
+                    "pcl_gpu_icp compare source.ply target.ply --metric plane --iterations 30 \\\n        --report "
+                    "comparison.html"},
+                   {"On the CPU, and differences that are allowed, as JSON",
+                    "pcl_gpu_icp compare source.pcd target.pcd --device cpu \\\n        --tolerance-degrees 0.1 "
+                    "--tolerance-distance 0.01 --json -"}}));
   return [options] { return compare(*options); };
 }
 

@@ -57,13 +57,16 @@ CLI::Validator positiveNumber();
 /// A whole number from 1 to `maximum`.
 CLI::Validator wholeNumber(long maximum);
 
+/// The type of an option that takes what Device::select() does.
+inline constexpr const char* device_type = "gpu|accelerator|cpu|DEVICE";
+
 /// An option that takes one of the names given.
 template <typename Value>
-void addChoice(CLI::App& command,
-               const std::string& option,
-               Value& value,
-               const std::map<std::string, Value>& choices,
-               const std::string& description)
+CLI::Option* addChoice(CLI::App& command,
+                       const std::string& option,
+                       Value& value,
+                       const std::map<std::string, Value>& choices,
+                       const std::string& description)
 {
   std::string names;
   for (const auto& choice : choices)
@@ -74,7 +77,7 @@ void addChoice(CLI::App& command,
       throw CLI::ValidationError(option, name + " is not " + names);
     value = choice->second;
   };
-  command.add_option_function<std::string>(option, choose, description)->type_name(names);
+  return command.add_option_function<std::string>(option, choose, description)->type_name(names);
 }
 
 } // namespace pcl_gpu_icp::cli
