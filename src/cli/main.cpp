@@ -1,6 +1,7 @@
 #include "cli/command_line.h"
 #include "cli/guess.h"
 #include "cli/interruption.h"
+#include "cli/usage_error.h"
 
 #include <pcl/console/print.h>
 
@@ -29,9 +30,7 @@ int run(int argc, char** argv)
   } catch (const CLI::Success& request) { // --help, --version
     return app->exit(request);
   } catch (const CLI::ParseError& error) {
-    if (app->get_subcommands().empty() && !app->remaining().empty())
-      return fail(ExitCode::Usage, "there is no subcommand " + app->remaining().front() + " (see --help)");
-    return fail(ExitCode::Usage, std::string(error.what()) + " (see --help)");
+    return fail(ExitCode::Usage, usageErrorText(*app, error) + " (see --help)");
   }
   return static_cast<int>(command());
 }

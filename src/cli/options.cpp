@@ -1,6 +1,7 @@
 #include "cli/options.h"
 
 #include "cli/help.h"
+#include "cli/nearest_name.h"
 #include "cli/number.h"
 
 #include <cmath>
@@ -16,11 +17,11 @@ constexpr LossFunction loss_functions[] = {LossFunction::None,
                                            LossFunction::Tukey,
                                            LossFunction::Welsch};
 
-std::string lossNames()
+std::vector<std::string> lossNames()
 {
-  std::string names;
+  std::vector<std::string> names;
   for (const LossFunction function : loss_functions)
-    names += (names.empty() ? "" : "|") + std::string(toString(function));
+    names.push_back(toString(function));
   return names;
 }
 
@@ -40,7 +41,7 @@ Loss parseLoss(const std::string& text)
       throw CLI::ValidationError("--loss", text + " has no number from 1e-18 to 1e18 as its scale");
     return {function, *scale};
   }
-  throw CLI::ValidationError("--loss", name + " is not " + lossNames());
+  throw CLI::ValidationError("--loss", noneOf(lossNames(), name));
 }
 
 CLI::Validator numberIn(const std::string& description, bool (*accepts)(double))
@@ -54,6 +55,11 @@ CLI::Validator numberIn(const std::string& description, bool (*accepts)(double))
 }
 
 } // namespace
+
+std::string noneOf(const std::vector<std::string>& names, const std::string& name)
+{
+  return name + " is not " + CLI::detail::join(names, "|") + didYouMean(name, names);
+}
 
 CLI::Validator positiveNumber()
 {
@@ -134,7 +140,7 @@ void addPairOptions(CLI::App& command, AlignmentOptions& options)
           [&options](const std::string& text) { options.loss = parseLoss(text); },
           "make pairs that are far apart pull less, with a scale (a distance; for gicp a number) as in cauchy:0.1; "
           "without one it follows from the median of each iteration's residuals (default: none)")
-      ->type_name(lossNames() + "[:SCALE]")
+      ->type_name(CLI::detail::join(lossNames(), "|") + "[:SCALE]")
       ->group(group::robustness);
   command.add_option("--trim", options.trim, "keep only this fraction of the pairs, the closest")
       ->check(numberIn("a fraction above 0 and up to 1", [](double value) { return value > 0 && value <= 1; }))
