@@ -210,7 +210,7 @@ class Outcomes(BatchTest):
         arguments = ["--fail-fast", "--policy", "fifo", "--pairs-in-flight", "1"]
         done = self.fail_with(NOT_CONVERGED, "batch", self.manifest(rows), "-o", self.path("out"), *arguments,
                               names="--fail-fast left 40")
-        self.assertIn("1/41 none.pcd", done.stdout)
+        self.assertIn("1/41 pair 0 none.pcd", done.stdout)
         self.assertEqual(list(self.results()), [0])
         summary = self.summary()
         self.assertEqual((summary["failed"], summary["left"], summary["complete"]), (1, 40, False))
