@@ -166,6 +166,7 @@ ExitCode align(const AlignOptions& options)
   });
   total.reset();
   line.clear();
+  report.arguments = argumentsOfThisRun();
   report.command_times = times;
   append(report.warnings, left_out);
   const bool lacks_outputs = !isAnswer(endingOf(report)) && (outputs.cloud || outputs.matrix);
