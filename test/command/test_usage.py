@@ -23,6 +23,7 @@ class Usage(CommandTest):
             (["align", "a.pcd", "b.pcd", "--bogus"], "--bogus"),
             (["align", "a.pcd", "b.pcd", "--max-distance"], "--max-distance"),
             (["align", "a.pcd", "b.pcd", "-o", "out.xyz"], "out.xyz"),
+            (["align", "a.pcd", "b.pcd", "--both", "out.xyz"], "out.xyz"),
             (["align", "a.pcd", "b.pcd", "--search", "magic"], ["--search", "magic"]),
             (["align", "a.pcd", "b.pcd", "--pipeline", "magic"], ["--pipeline", "magic"]),
             (["compare", "a.pcd", "b.pcd", "--tolerance-degrees", "0"], "--tolerance-degrees"),
