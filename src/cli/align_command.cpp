@@ -3,6 +3,7 @@
 #include "cli/cloud_pair.h"
 #include "cli/coloured_cloud.h"
 #include "cli/commands.h"
+#include "cli/compilation_notice.h"
 #include "cli/help.h"
 #include "cli/icp_settings.h"
 #include "cli/interruption.h"
@@ -19,6 +20,7 @@
 #include "view/colours.h"
 #include "view/pair_page.h"
 #include "view/picture.h"
+#include "view/text.h"
 
 #include <pcl_gpu_icp/device.h>
 #include <pcl_gpu_icp/icp.h>
@@ -78,10 +80,11 @@ struct Files {
   std::optional<Cloud> target; ///< none where nothing of it is written
 };
 
-CloudPair timedRead(StageTimes& times, const AlignOptions& options, Files& files)
+CloudPair timedRead(StageTimes& times, const AlignOptions& options, Files& files, LiveLine& line)
 {
   const Stopwatch watch(times, "read");
   return readPair(options, [&](const std::string& path) {
+    line.show("reading " + view::fileNameOf(path));
     const bool is_target = files.source.has_value();
     if (is_target && options.both.empty())
       return readPrepared(path, options);
@@ -172,14 +175,16 @@ ExitCode align(const AlignOptions& options)
   StageTimes times;
   std::optional<Stopwatch> total(std::in_place, times, "total");
   Files files;
-  const CloudPair pair = timedRead(times, options, files);
+  LiveLine line(!options.quiet);
+  const CloudPair pair = timedRead(times, options, files, line);
+  line.clear();
   if (!options.quiet)
     print(pair.warnings);
   const Warnings left_out = outputs.cloud ? checkWritable(*files.source, options.output) : Warnings();
   if (!options.quiet)
     print(left_out);
   const Device device = timedSelect(times, options);
-  LiveLine line(!options.quiet);
+  std::optional<CompilationNotice> notice(std::in_place, line, !options.quiet);
   const StartSearch search(device, nullptr, times, [&line](std::size_t done, std::size_t all) {
     line.show(report::format("searching for a guess: %zu of %zu groups of starts", done, all));
   });
@@ -187,6 +192,7 @@ ExitCode align(const AlignOptions& options)
     return runIcp(from, with, device, line, times);
   });
   total.reset();
+  notice.reset();
   line.clear();
   report.arguments = argumentsOfThisRun();
   report.command_times = times;

@@ -1,5 +1,6 @@
 #include "cli/cloud_pair.h"
 #include "cli/commands.h"
+#include "cli/compilation_notice.h"
 #include "cli/guess.h"
 #include "cli/help.h"
 #include "cli/icp_settings.h"
@@ -14,6 +15,7 @@
 #include "report/ending.h"
 #include "report/judgement.h"
 #include "view/pair_page.h"
+#include "view/text.h"
 
 #include <pcl_gpu_icp/device.h>
 #include <pcl_gpu_icp/icp.h>
@@ -28,6 +30,7 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <optional>
 
 namespace pcl_gpu_icp::cli {
 namespace {
@@ -211,7 +214,12 @@ ExitCode compare(const CompareOptions& options)
   if (!options.report.empty())
     page = std::make_unique<OutputFile>("--report", options.report, options.force);
   requireDistinct({json.get(), page.get()});
-  const CloudPair pair = readPair(options, [&](const std::string& path) { return readPrepared(path, options); });
+  LiveLine line(!options.quiet);
+  const CloudPair pair = readPair(options, [&](const std::string& path) {
+    line.show("reading " + view::fileNameOf(path));
+    return readPrepared(path, options);
+  });
+  line.clear();
   if (!options.quiet)
     print(pair.warnings);
 
@@ -224,6 +232,7 @@ ExitCode compare(const CompareOptions& options)
   report.target = options.target;
   report.source_points = pair.source->points->size();
   report.target_points = pair.target->points->size();
+  std::optional<CompilationNotice> notice(std::in_place, line, !options.quiet);
   const PluginRun done = runPlugin(report, pair, options, device);
   const report::AlignmentReport& alignment = done.alignment;
   report.centroid = pair.source->centroid;
@@ -233,6 +242,7 @@ ExitCode compare(const CompareOptions& options)
     report.stock = *run;
   else
     report.stock_failure = std::get<std::string>(answer);
+  notice.reset();
 
   if (json)
     json->write(report::toJson(report));

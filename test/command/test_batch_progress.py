@@ -15,6 +15,7 @@ class Progress(BatchTest):
     def test_a_bar_on_a_terminal(self):
         _, seen = self.on_terminal(*self.arguments, code=NOT_CONVERGED, stdout_too=True)
         bars = re.findall(r"\r(\[[#.]{24}\] (\d)/7)(.*?)\x1b\[K", seen)
+        bars = list(dict.fromkeys(bars))  # one is shown again where what was told of a first start covered it
         self.assertEqual([int(done) for _, done, _ in bars], list(range(8)))
         self.assertEqual((bars[0][0], bars[0][2]), ("[" + "." * 24 + "] 0/7", ""))
         for _, _, rest in bars[1:7]:
