@@ -69,4 +69,8 @@ private:
   std::shared_ptr<const opencl::DeviceHandle> handle_;
 };
 
+/// Whether a thread of this process waits for kernels that OpenCL compiles, or fetches from where it keeps them. The
+/// first start on a device takes some seconds of it, later ones hardly any.
+PCL_GPU_ICP_API bool isCompilingKernels();
+
 } // namespace pcl_gpu_icp

@@ -3,6 +3,7 @@
 #include "cli/batch_progress.h"
 #include "cli/commands.h"
 #include "cli/guess.h"
+#include "cli/help.h"
 #include "cli/input_file.h"
 #include "cli/interruption.h"
 #include "cli/manifest.h"
@@ -293,38 +294,62 @@ ExitCode batch(const BatchOptions& options, const OptionTexts& given)
   return Batch(options, pairs, selectDevices(options.devices)).run(given);
 }
 
+/// Beside source and target.
+std::string columnsText()
+{
+  std::string names;
+  for (const std::string& name : PairOptions().names())
+    names += (names.empty() ? "" : ", ") + name;
+  return wrapped("A line of the manifest may have options of its own, in columns: " + names + ".", 0);
+}
+
 } // namespace
 
 Run addBatch(CLI::App& command)
 {
   const auto options = std::make_shared<BatchOptions>();
-  command.add_option("MANIFEST",
-                     options->manifest,
-                     "the pairs: .csv whose header names the columns source, target and any of the options of a pair "
-                     "below (without dashes), or .jsonl, an object with such keys in each line. The separator of "
-                     ".csv may be a comma, a semicolon or a tab; lines that start with # are comments; a value keeps "
-                     "blanks around it, or a # in front, where it is quoted. File names are relative to its folder");
-  const auto sequence =
-      command
-          .add_option("--sequence",
-                      options->sequence,
-                      "instead of a manifest: align each file that this pattern matches onto the one before, and write "
-                      "the trajectory as trajectory.kitti.txt and trajectory.tum.txt")
-          ->type_name("'PATTERN'");
+  command
+      .add_option("MANIFEST",
+                  options->manifest,
+                  "the pairs: .csv whose header names the columns source, target and any of the options of a pair "
+                  "(without dashes, see below), or .jsonl, an object with such keys in each line. The separator of "
+                  ".csv may be a comma, a semicolon or a tab; lines that start with # are comments; a value keeps "
+                  "blanks around it, or a # in front, where it is quoted. File names are relative to its folder")
+      ->type_name("FILE");
   command
       .add_option("-o,--output",
                   options->directory,
                   "directory, made where there is none, for results.jsonl (a line for each pair, as it finishes) and "
                   "summary.json")
       ->required()
-      ->type_name("DIR");
-  const auto resume = command.add_flag(
-      "--resume",
-      options->resume,
-      "go on where an earlier run ended: keep the results that are whole, those of failed pairs too (delete their "
-      "lines to have them done again)");
-  command.add_flag("--force", options->force, "overwrite results that exist")->excludes(resume);
-  command.add_flag("--fail-fast", options->fail_fast, "end at the first pair that fails or does not converge");
+      ->type_name("DIR")
+      ->group(group::common);
+  addPairOptions(command, *options);
+  command
+      .add_option("--device",
+                  options->devices,
+                  "as align takes it; several, separated by commas or each with an option of its own, share the pairs")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->type_name(device_type)
+      ->group(group::common);
+  const auto sequence =
+      command
+          .add_option("--sequence",
+                      options->sequence,
+                      "instead of a manifest: align each file that this pattern matches onto the one before, and write "
+                      "the trajectory as trajectory.kitti.txt and trajectory.tum.txt")
+          ->type_name("'PATTERN'")
+          ->group(group::batch);
+  const auto resume =
+      command
+          .add_flag("--resume",
+                    options->resume,
+                    "go on where an earlier run ended: keep the results that are whole, those of failed pairs too "
+                    "(delete their lines to have them done again)")
+          ->group(group::batch);
+  command.add_flag("--fail-fast", options->fail_fast, "end at the first pair that fails or does not converge")
+      ->group(group::batch);
   command
       .add_option_function<std::string>(
           "--shard",
@@ -336,57 +361,64 @@ Run addBatch(CLI::App& command)
           "align only every Nth pair, from the Ith on; the files are results-I-of-N.jsonl and summary-I-of-N.json, and "
           "the results of all shards together those of the manifest")
       ->excludes(sequence)
-      ->type_name("I/N");
+      ->type_name("I/N")
+      ->group(group::batch);
   command
-      .add_option("--trace", options->trace, "write what ran where and when, for ui.perfetto.dev or chrome://tracing")
-      ->type_name("FILE");
+      .add_option("--pairs-in-flight",
+                  options->settings.lanes,
+                  "pairs at once on each device (default: twice the cores, at most 8)")
+      ->check(wholeNumber(1024))
+      ->type_name("N")
+      ->group(group::batch);
   command
       .add_option(
           "--report",
           options->report,
           "write a page of HTML, one file that a browser opens without a network: a table of the pairs, the worst "
           "first, and the clouds of as many as fit in")
-      ->type_name("FILE");
+      ->type_name("FILE")
+      ->group(group::output);
   command
-      .add_option("--pairs-in-flight",
-                  options->settings.lanes,
-                  "pairs at once on each device (default: twice the cores, at most 8)")
+      .add_option("--trace", options->trace, "write what ran where and when, for ui.perfetto.dev or chrome://tracing")
+      ->type_name("FILE")
+      ->group(group::output);
+  command.add_flag("--force", options->force, "overwrite results that exist")->excludes(resume)->group(group::output);
+  command
+      .add_flag("--quiet",
+                options->quiet,
+                "print nothing but errors: no summary, progress or word of warnings; the results have the warnings")
+      ->group(group::output);
+  command.add_option("--threads", options->threads, "host threads that search for each pair (default: 1)")
       ->check(wholeNumber(1024))
-      ->type_name("N");
+      ->type_name("N")
+      ->group(group::advanced);
   command
       .add_option("--points-in-flight",
                   options->settings.points_in_flight,
                   "points of the pairs at once; a larger pair runs alone (default: no bound)")
       ->check(wholeNumber(most))
-      ->type_name("N");
+      ->type_name("N")
+      ->group(group::advanced);
   command
       .add_option("--capacity",
                   options->settings.capacity,
                   "work-items that a device is given at once (default: as it reports)")
       ->check(wholeNumber(most))
-      ->type_name("N");
+      ->type_name("N")
+      ->group(group::advanced);
   addChoice(
       command,
       "--policy",
       options->settings.policy,
       {{"smallest", Policy::SmallestFirst}, {"fifo", Policy::FirstComeFirstServed}, {"largest", Policy::LargestFirst}},
-      "which request for work-items, and which pair, is next (default: smallest)");
-  command
-      .add_option("--device",
-                  options->devices,
-                  "as align takes it; several, separated by commas or each with an option of its own, share the pairs")
-      ->delimiter(',')
-      ->allow_extra_args(false)
-      ->type_name("DEVICE");
-  command.add_option("--threads", options->threads, "host threads that search for each pair (default: 1)")
-      ->check(wholeNumber(1024))
-      ->type_name("N");
-  command.add_flag("--quiet",
-                   options->quiet,
-                   "print nothing but errors: no summary, progress or word of warnings; the results have the warnings");
-  addPairOptions(command, *options);
-  command.footer(
-      "The options from --guess to --pipeline are those of a pair: a line of the manifest may have its own.");
+      "which request for work-items, and which pair, is next (default: smallest)")
+      ->group(group::advanced);
+  command.footer(columnsText() + "\n\n" +
+                 exampleText({{"The pairs of a manifest, with a page of all results",
+                               "pcl_gpu_icp batch pairs.csv -o results --report results.html"},
+                              {"Go on after an interruption", "pcl_gpu_icp batch pairs.csv -o results --resume"},
+                              {"The trajectory of a scanner from its scans",
+                               "pcl_gpu_icp batch --sequence 'scan_*.pcd' -o trajectory --metric plane"}}));
   return [options, &command] { return batch(*options, PairOptions().givenTo(command)); };
 }
 

@@ -9,6 +9,7 @@ namespace pcl_gpu_icp::cli {
 BatchProgress::BatchProgress(std::size_t pairs, std::size_t kept, std::size_t kept_unsuccessful, bool quiet)
 : progress_{pairs, kept, kept_unsuccessful}
 , line_(!quiet)
+, notice_(line_, !quiet)
 , has_lines_(!quiet && !(line_.isShown() && isatty(STDOUT_FILENO)))
 {
   line_.show(report::barText(progress_));

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "cli/compilation_notice.h"
 #include "cli/live_line.h"
 
 #include "report/progress.h"
@@ -23,6 +24,7 @@ private:
 
   report::Progress progress_;
   LiveLine line_;
+  CompilationNotice notice_;
   bool has_lines_;
   Clock::time_point begin_ = Clock::now();
 };

@@ -76,6 +76,7 @@ void describe(report::AlignmentReport& report,
   report.takes_undetermined = options.undetermined != Undetermined::Fail;
   report.iteration_limit = options.iterations;
   report.max_distance = options.max_distance;
+  report.guess = pair.inFileCoordinates(pair.guess);
   report.transform = pair.inFileCoordinates(transform);
   report.warnings = pair.warnings;
   report.resolution = pair.source->extent * std::numeric_limits<float>::epsilon();

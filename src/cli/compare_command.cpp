@@ -1,6 +1,8 @@
 #include "cli/cloud_pair.h"
 #include "cli/commands.h"
+#include "cli/compilation_notice.h"
 #include "cli/guess.h"
+#include "cli/help.h"
 #include "cli/icp_settings.h"
 #include "cli/interruption.h"
 #include "cli/options.h"
@@ -13,6 +15,7 @@
 #include "report/ending.h"
 #include "report/judgement.h"
 #include "view/pair_page.h"
+#include "view/text.h"
 
 #include <pcl_gpu_icp/device.h>
 #include <pcl_gpu_icp/icp.h>
@@ -28,6 +31,7 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <optional>
 
 namespace pcl_gpu_icp::cli {
 namespace {
@@ -216,7 +220,12 @@ ExitCode compare(const CompareOptions& options)
   if (!options.report.empty())
     page = std::make_unique<OutputFile>("--report", options.report, options.force);
   requireDistinct({json.get(), page.get()});
-  const CloudPair pair = readPair(options, [&](const std::string& path) { return readPrepared(path, options); });
+  LiveLine line(!options.quiet);
+  const CloudPair pair = readPair(options, [&](const std::string& path) {
+    line.show("reading " + view::fileNameOf(path));
+    return readPrepared(path, options);
+  });
+  line.clear();
   if (!options.quiet)
     print(pair.warnings);
 
@@ -229,6 +238,7 @@ ExitCode compare(const CompareOptions& options)
   report.target = options.target;
   report.source_points = pair.source->points->size();
   report.target_points = pair.target->points->size();
+  std::optional<CompilationNotice> notice(std::in_place, line, !options.quiet);
   const PluginRun done = runPlugin(report, pair, options, device);
   const report::AlignmentReport& alignment = done.alignment;
   report.centroid = pair.source->centroid;
@@ -238,6 +248,7 @@ ExitCode compare(const CompareOptions& options)
     report.stock = *run;
   else
     report.stock_failure = std::get<std::string>(answer);
+  notice.reset();
 
   if (json)
     json->write(report::toJson(report));
@@ -277,19 +288,30 @@ Run addCompare(CLI::App& command)
   command.add_option("--tolerance-degrees", options->tolerance.degrees, "exit 1 where the rotations differ by more")
       ->check(positiveNumber())
       ->type_name("DEGREES")
-      ->capture_default_str();
+      ->capture_default_str()
+      ->group(group::comparison);
   command
       .add_option("--tolerance-distance",
                   options->tolerance.metres,
                   "exit 1 where the images of the source's centroid are farther apart, in the unit of the files")
       ->check(positiveNumber())
       ->type_name("DISTANCE")
-      ->capture_default_str();
+      ->capture_default_str()
+      ->group(group::comparison);
   command
       .add_option("--stock-limit", options->stock_limit_s, "how long stock PCL may take before it counts as no answer")
       ->check(positiveNumber())
       ->type_name("SECONDS")
-      ->capture_default_str();
+      ->capture_default_str()
+      ->group(group::comparison);
+  command.footer(
+      exampleText({{"Stock PCL and the device with PCL's defaults", "pcl_gpu_icp compare source.pcd target.pcd"},
+                   {"Planes, both stopped after 30 iterations, as a page to look at",
+                    "pcl_gpu_icp compare source.ply target.ply --metric plane --iterations 30 \\\n        --report "
+                    "comparison.html"},
+                   {"On the CPU, and differences that are allowed, as JSON",
+                    "pcl_gpu_icp compare source.pcd target.pcd --device cpu \\\n        --tolerance-degrees 0.1 "
+                    "--tolerance-distance 0.01 --json -"}}));
   return [options] { return compare(*options); };
 }
 

@@ -1,4 +1,5 @@
 #include "cli/commands.h"
+#include "cli/help.h"
 #include "cli/interruption.h"
 #include "cli/output_file.h"
 
@@ -37,7 +38,10 @@ ExitCode listDevices(bool json)
 Run addDevices(CLI::App& command)
 {
   const auto json = std::make_shared<bool>(false);
-  command.add_flag("--json", *json, "print JSON");
+  command.add_flag("--json", *json, "print JSON")->group(group::output);
+  command.footer(exampleText({{"What there is", "pcl_gpu_icp devices"},
+                              {"For a script", "pcl_gpu_icp devices --json"},
+                              {"What a choice comes to", "PCL_GPU_ICP_DEVICE=cpu pcl_gpu_icp devices"}}));
   return [json] {
     const Interruption interruption(endAtOnce);
     return listDevices(*json);

@@ -2,6 +2,7 @@
 
 #include <cstdio>
 #include <cstdlib>
+#include <mutex>
 #include <string>
 #include <unistd.h>
 
@@ -15,7 +16,7 @@ inline bool isColoured(int descriptor)
 }
 
 /// A line on the terminal that is renewed again and again, and gone in the end. Where stderr is no terminal there is
-/// none.
+/// none. Thread-safe.
 class LiveLine {
 public:
   explicit LiveLine(bool wanted)
@@ -29,17 +30,34 @@ public:
   bool isShown() const { return shown_; }
   void show(const std::string& text)
   {
-    if (shown_)
-      std::fprintf(stderr, "\r%s\033[K", text.c_str());
+    const std::lock_guard<std::mutex> lock(mutex_);
+    text_ = text;
+    print(text);
   }
-  void clear()
+  void clear() { show(""); }
+
+  /// Shows another text until it is uncovered or renewed.
+  void cover(const std::string& text)
   {
-    if (shown_)
-      std::fputs("\r\033[K", stderr);
+    const std::lock_guard<std::mutex> lock(mutex_);
+    print(text);
+  }
+  void uncover()
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    print(text_);
   }
 
 private:
-  bool shown_;
+  void print(const std::string& text)
+  {
+    if (shown_)
+      std::fprintf(stderr, "\r%s\033[K", text.c_str());
+  }
+
+  const bool shown_;
+  std::mutex mutex_;
+  std::string text_;
 };
 
 } // namespace pcl_gpu_icp::cli

@@ -1,8 +1,7 @@
-#include "cli/commands.h"
+#include "cli/command_line.h"
 #include "cli/guess.h"
 #include "cli/interruption.h"
-
-#include <pcl_gpu_icp/version.h>
+#include "cli/usage_error.h"
 
 #include <pcl/console/print.h>
 
@@ -22,31 +21,16 @@ int fail(ExitCode code, std::string line)
 
 int run(int argc, char** argv)
 {
-  CLI::App app("Aligns point clouds with ICP on an OpenCL device.", "pcl_gpu_icp");
-  app.set_version_flag("--version", "pcl_gpu_icp " PCL_GPU_ICP_VERSION);
-  app.require_subcommand(1);
-  app.footer("Exit status: 0 converged or at the iteration limit, 1 ran but has no answer (compare: or the results "
-             "differ), 2 usage, 3 input, 4 device, 5 output, 70 internal error, 130 or 143 interrupted.");
   Run command;
-  const auto add = [&](const char* name, const char* description, Run (*build)(CLI::App&)) {
-    CLI::App* subcommand = app.add_subcommand(name, description);
-    subcommand->callback([&command, run = build(*subcommand)] { command = run; });
-  };
-  add("align", "Move SOURCE onto TARGET", addAlign);
-  add("batch", "Align the pairs of a manifest, or the scans of a sequence, many at once", addBatch);
-  add("compare", "Run stock PCL and pcl_gpu_icp with the same settings", addCompare);
-  add("devices", "List the OpenCL devices and the one that would be chosen", addDevices);
-
+  const auto app = makeCommandLine(command);
   std::vector<std::string> arguments = joinGuess({argv + 1, argv + argc});
   std::reverse(arguments.begin(), arguments.end()); // as CLI11 takes them
   try {
-    app.parse(arguments);
+    app->parse(arguments);
   } catch (const CLI::Success& request) { // --help, --version
-    return app.exit(request);
+    return app->exit(request);
   } catch (const CLI::ParseError& error) {
-    if (app.get_subcommands().empty() && !app.remaining().empty())
-      return fail(ExitCode::Usage, "there is no subcommand " + app.remaining().front() + " (see --help)");
-    return fail(ExitCode::Usage, std::string(error.what()) + " (see --help)");
+    return fail(ExitCode::Usage, usageErrorText(*app, error) + " (see --help)");
   }
   return static_cast<int>(command());
 }

@@ -4,6 +4,7 @@
 #include "cli/guess.h"
 #include "cli/input_file.h"
 #include "cli/lower_case.h"
+#include "cli/nearest_name.h"
 #include "cli/number.h"
 
 #include "report/json_members.h"
@@ -35,10 +36,13 @@ public:
 
   void checkColumn(std::size_t line, const std::string& name) const
   {
-    if (name != "source" && name != "target" && !options_.has(name))
-      fail(line,
-           "there is no column " + (name.empty() ? "without a name" : name) +
-               ": source, target and the options of a pair are");
+    if (name == "source" || name == "target" || options_.has(name))
+      return;
+    std::vector<std::string> names = options_.names();
+    names.insert(names.end(), {"source", "target"});
+    fail(line,
+         "there is no column " + (name.empty() ? "without a name" : name) +
+             ": source, target and the options of a pair are" + didYouMean(name, names));
   }
 
   void add(std::size_t line, std::map<std::string, std::string> columns)

@@ -7,6 +7,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace pcl_gpu_icp::cli {
 
@@ -57,24 +58,31 @@ CLI::Validator positiveNumber();
 /// A whole number from 1 to `maximum`.
 CLI::Validator wholeNumber(long maximum);
 
+/// The type of an option that takes what Device::select() does.
+inline constexpr const char* device_type = "gpu|accelerator|cpu|DEVICE";
+
+/// What is wrong with a name that is none of these.
+std::string noneOf(const std::vector<std::string>& names, const std::string& name);
+
 /// An option that takes one of the names given.
 template <typename Value>
-void addChoice(CLI::App& command,
-               const std::string& option,
-               Value& value,
-               const std::map<std::string, Value>& choices,
-               const std::string& description)
+CLI::Option* addChoice(CLI::App& command,
+                       const std::string& option,
+                       Value& value,
+                       const std::map<std::string, Value>& choices,
+                       const std::string& description)
 {
-  std::string names;
+  std::vector<std::string> names;
   for (const auto& choice : choices)
-    names += (names.empty() ? "" : "|") + choice.first;
+    names.push_back(choice.first);
   const auto choose = [&value, option, choices, names](const std::string& name) {
     const auto choice = choices.find(name);
     if (choice == choices.end())
-      throw CLI::ValidationError(option, name + " is not " + names);
+      throw CLI::ValidationError(option, noneOf(names, name));
     value = choice->second;
   };
-  command.add_option_function<std::string>(option, choose, description)->type_name(names);
+  return command.add_option_function<std::string>(option, choose, description)
+      ->type_name(CLI::detail::join(names, "|"));
 }
 
 } // namespace pcl_gpu_icp::cli

@@ -7,8 +7,6 @@
 
 #include "report/format.h"
 
-#include <vector>
-
 namespace pcl_gpu_icp::cli {
 namespace {
 
@@ -41,6 +39,14 @@ PairOptions::PairOptions()
 }
 
 bool PairOptions::has(const std::string& name) const { return app_.get_option_no_throw("--" + name) != nullptr; }
+
+std::vector<std::string> PairOptions::names() const
+{
+  std::vector<std::string> names;
+  for (const CLI::Option* option : app_.get_options())
+    names.push_back(nameOf(*option));
+  return names;
+}
 
 OptionTexts PairOptions::givenTo(const CLI::App& command) const
 {

@@ -7,6 +7,7 @@
 #include <map>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 namespace pcl_gpu_icp::cli {
 
@@ -22,6 +23,7 @@ public:
   PairOptions& operator=(const PairOptions&) = delete;
 
   bool has(const std::string& name) const;
+  std::vector<std::string> names() const;
 
   /// Those that a command got.
   OptionTexts givenTo(const CLI::App& command) const;

@@ -38,11 +38,19 @@ std::string argumentText(const std::string& argument)
 
 } // namespace
 
-view::Repetition thisRun()
+std::vector<std::string> argumentsOfThisRun()
 {
   std::ifstream file("/proc/self/cmdline", std::ios::binary);
-  std::string line;
+  std::vector<std::string> arguments;
   for (std::string argument; std::getline(file, argument, '\0');)
+    arguments.push_back(argument);
+  return arguments;
+}
+
+view::Repetition thisRun()
+{
+  std::string line;
+  for (const std::string& argument : argumentsOfThisRun())
     line += (line.empty() ? "" : " ") + argumentText(argument);
   std::error_code error;
   return {line,

@@ -1,5 +1,6 @@
 #include "context.h"
 
+#include "compilation.h"
 #include "device_handle.h"
 #include "error.h"
 #include "gate.h"
@@ -67,6 +68,7 @@ cl::Program Context::program(const std::string& file, const std::string& options
 void Context::build(const cl::Program& program, const std::string& file, const std::string& options) const
 {
   // Not by cl::Program::build(), whose own error is lost where there is no log to be had.
+  const Compilation compilation;
   const cl_device_id on = device()();
   const cl_int code = clBuildProgram(program(), 1, &on, options.c_str(), nullptr, nullptr);
   if (code == CL_SUCCESS)

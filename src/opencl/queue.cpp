@@ -1,5 +1,6 @@
 #include "queue.h"
 
+#include "compilation.h"
 #include "device_handle.h"
 #include "gate.h"
 
@@ -260,6 +261,7 @@ void Queue::enqueueAlone(
   variants.beginAlone(widthOf(size), hasOffset(offset));
   try {
     enqueuePart(stage, kernel, size, offset);
+    const Compilation compilation(pending_.back().second);
     queue_.finish();
   } catch (...) {
     variants.endAlone();

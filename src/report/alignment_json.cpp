@@ -6,6 +6,8 @@
 #include "report/matrix.h"
 #include "report/uncertainty_report.h"
 
+#include <pcl_gpu_icp/version.h>
+
 namespace pcl_gpu_icp::report {
 namespace {
 
@@ -60,13 +62,16 @@ Json alignmentJson(const AlignmentReport& report)
   json["metric"] = toString(result.metric);
   json["loss"] = lossJson(result);
   json["motions"] = toString(result.motions);
+  json["guess"] = matrixJson(report.guess);
   json["searched_guess"] = guessJson(report);
   json["overlap"] = nullptr;
   if (const auto& overlap = report.found_overlap)
     json["overlap"] = {{"share", overlap->share}, {"ways", overlap->ways}};
   json["tried"] = triedJson(report.tried);
   json["search"] = toString(result.search);
+  json["threads"] = result.threads;
   json["pipeline"] = toString(result.pipeline);
+  json["precision"] = toString(result.precision);
   json["device_bytes"] = result.device_bytes;
   json["transform"] = matrixJson(report.transform);
   const Ending ending = endingOf(report);
@@ -97,6 +102,11 @@ Json alignmentJson(const AlignmentReport& report)
   return json;
 }
 
-std::string toJson(const AlignmentReport& report) { return dump(alignmentJson(report)); }
+std::string toJson(const AlignmentReport& report)
+{
+  Json json{{"version", PCL_GPU_ICP_VERSION}, {"arguments", report.arguments}};
+  json.update(alignmentJson(report));
+  return dump(json);
+}
 
 } // namespace pcl_gpu_icp::report

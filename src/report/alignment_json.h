@@ -5,7 +5,7 @@
 
 namespace pcl_gpu_icp::report {
 
-/// As docs/align.schema.json describes.
+/// As docs/align.schema.json describes, without what is of the process and not of the pair: version and arguments.
 Json alignmentJson(const AlignmentReport& report);
 
 } // namespace pcl_gpu_icp::report

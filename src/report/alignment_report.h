@@ -44,12 +44,14 @@ struct TriedStart {
 };
 
 struct AlignmentReport {
-  std::string source; ///< file names as given
+  std::vector<std::string> arguments; ///< of the command, and before them its name
+  std::string source;                 ///< file names as given
   std::string target;
   PointCounts source_points;
   PointCounts target_points;
   AlignmentResult result;
-  RigidTransform transform;                    ///< source to target, in the coordinates of the files
+  RigidTransform guess;                        ///< source to target, in the coordinates of the files, and
+  RigidTransform transform;                    ///< where that ended
   std::optional<SearchedGuess> searched_guess; ///< none: the guess was given
   std::optional<FoundOverlap> found_overlap;   ///< none: it was not searched for
   std::vector<TriedStart> tried;               ///< in this order, of which one was taken

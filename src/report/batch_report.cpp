@@ -53,6 +53,12 @@ std::size_t BatchReport::count(PairStatus status) const
       unsuccessful.begin(), unsuccessful.end(), [status](const auto& pair) { return pair.outcome.status == status; }));
 }
 
+std::size_t BatchReport::gotWorse() const
+{
+  return static_cast<std::size_t>(
+      std::count_if(unsuccessful.begin(), unsuccessful.end(), [](const auto& pair) { return pair.outcome.got_worse; }));
+}
+
 std::optional<double> BatchReport::pairsPerSecond() const
 {
   return aligned > 0 && wall_s > 0 ? std::optional(static_cast<double>(aligned) / wall_s) : std::nullopt;
@@ -63,7 +69,10 @@ std::string toText(const BatchReport& report)
   std::string text = format("pairs      %zu: %zu converged, ", report.pairs, report.converged);
   if (report.at_limit > 0)
     text += format("%zu at the limit, ", report.at_limit);
-  text += format("%zu without an answer, %zu failed", report.notConverged(), report.failed());
+  text += format("%zu without an answer", report.notConverged());
+  if (report.gotWorse() > 0)
+    text += format(" (%zu got worse)", report.gotWorse());
+  text += format(", %zu failed", report.failed());
   if (report.left() > 0)
     text += format(", %zu left", report.left());
   text += report.kept > 0 ? format(" (%zu were there already)\n", report.kept) : "\n";
@@ -103,6 +112,7 @@ std::string toJson(const BatchReport& report)
   json["converged"] = report.converged;
   json["at_the_limit"] = report.at_limit;
   json["not_converged"] = report.notConverged();
+  json["got_worse"] = report.gotWorse();
   json["failed"] = report.failed();
   json["left"] = report.left();
   json["kept"] = report.kept;

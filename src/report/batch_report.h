@@ -57,6 +57,8 @@ struct BatchReport {
 
   std::size_t failed() const { return count(PairStatus::Failed); }
   std::size_t notConverged() const { return count(PairStatus::NotConverged); }
+  /// Of notConverged(), at the limit of the iterations, and farther than at the guess.
+  std::size_t gotWorse() const;
   /// Pairs without a result.
   std::size_t left() const { return pairs - converged - at_limit - unsuccessful.size(); }
   /// Of this run; nothing where it had nothing to do.

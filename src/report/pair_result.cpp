@@ -89,6 +89,7 @@ PairOutcome outcomeOf(const AlignmentReport& report)
   outcome.status = ending == Ending::Converged ? PairStatus::Converged
                    : ending == Ending::AtLimit ? PairStatus::AtLimit
                                                : PairStatus::NotConverged;
+  outcome.got_worse = ending == Ending::GotWorse;
   outcome.transform = report.transform;
   if (!isAnswer(ending))
     outcome.why = endingText(report);
@@ -148,8 +149,10 @@ std::optional<ReadResult> readResultLine(std::string_view line)
       return read;
     }
     outcome.transform = transformOf(json.at("transform"));
-    if (!isAnswer(outcome.status))
+    if (!isAnswer(outcome.status)) {
+      outcome.got_worse = json.at("ending").get<std::string>() == toString(Ending::GotWorse);
       outcome.why = json.at("why").get<std::string>();
+    }
     outcome.judgement = {named(verdicts, json.at("verdict").get<std::string>()),
                          json.at("reasons").get<std::vector<std::string>>()};
     if (!json.at("quality").is_null())

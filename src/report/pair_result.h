@@ -41,6 +41,7 @@ struct PairFailure {
 /// What a batch needs to know of a pair's result once it is written.
 struct PairOutcome {
   PairStatus status = PairStatus::Failed;
+  bool got_worse = false;   ///< Ending::GotWorse
   RigidTransform transform; ///< where there is one
   std::string why;          ///< endingText() of what is no answer, or the failure's message
   int iterations = 0;

@@ -54,7 +54,8 @@ std::string outcomeText(const PairOutcome& outcome)
 
 std::string lineText(const Progress& progress, const PairIdentity& identity, const PairOutcome& outcome)
 {
-  return ofAll(progress) + " " + identity.source + " onto " + identity.target + ": " + outcomeText(outcome) + "\n";
+  return ofAll(progress) + format(" pair %zu ", identity.pair) + identity.source + " onto " + identity.target + ": " +
+         outcomeText(outcome) + "\n";
 }
 
 } // namespace pcl_gpu_icp::report

@@ -1,8 +1,9 @@
 #pragma once
 
+#include "view/colours.h"
+
 #include <cairo.h>
 
-#include <cstdint>
 #include <functional>
 #include <memory>
 #include <string>
@@ -10,9 +11,6 @@
 #include <vector>
 
 namespace pcl_gpu_icp::view {
-
-/// 0xRRGGBB.
-using Colour = std::uint32_t;
 
 /// \param share of the second
 Colour between(Colour a, Colour b, double share);

@@ -1,16 +1,12 @@
 #pragma once
 
 #include "view/canvas.h"
+#include "view/colours.h"
 #include "view/pair_view.h"
 
 #include <array>
 
 namespace pcl_gpu_icp::view {
-
-/// From the palette of Okabe and Ito, which the colour-blind tell apart.
-constexpr Colour source_colour = 0xe69f00;
-constexpr Colour target_colour = 0x0072b2;
-constexpr Colour both_colour = 0x4a4a55; ///< where both clouds are
 
 /// A direction to look in: the axes that point right and up.
 struct Direction {

@@ -1,10 +1,13 @@
 """What align computes, says and exits with."""
 
+import functools
 import math
 import os
+import subprocess
 
 from command import (
-    DEVICE, IDENTITY, NOT_CONVERGED, XYZ_DOUBLE, CommandTest, motion, moved, pcd, surface)
+    COMMAND, DEVICE, IDENTITY, NOT_CONVERGED, SCHEMA, XYZ_DOUBLE, CommandTest, motion, moved, numbers, pcd, read_schema,
+    surface)
 
 POINTS = surface()
 MOTION = motion(3, (0.05, -0.08, 0.04))
@@ -34,6 +37,43 @@ class Align(CommandTest):
         times = result["times_ms"]
         self.assertGreaterEqual(times["total"], times["align"])
         self.assertEqual(list(times)[-1], "total")
+
+    def test_what_repeats_the_run(self):
+        guess = motion(2.5, (0.04, -0.07, 0.03))
+        result = self.align(self.source, self.target, "--guess", *numbers(guess))
+        self.assertEqual(result["version"], os.environ["PCL_GPU_ICP_VERSION"])
+        self.assertEqual(result["arguments"], [COMMAND, "align", self.source, self.target, "--guess", *numbers(guess),
+                                               "--json", "-"])
+        for row, given in zip(result["guess"], guess):
+            for value, expected in zip(row, given):
+                self.assertAlmostEqual(value, expected, places=12)
+        self.assertEqual(self.align(self.source, self.target)["guess"], IDENTITY)
+        found = self.align(self.source, self.target, "--guess", "auto")
+        self.assertNotEqual(found["guess"], IDENTITY)
+        self.assertEqual(self.align(self.source, self.target, "--threads", "1", "--search", "pcl")["threads"], 1)
+        odd = os.fsencode(self.directory) + b"/\xff.pcd"
+        with open(odd, "wb") as file:
+            file.write(pcd(POINTS))
+        done = subprocess.run([COMMAND, "align", odd, odd, "--json", "-"], capture_output=True, check=True)
+        self.assertTrue(self.checked(done.stdout.decode())["arguments"][2].endswith("/\ufffd.pcd"))
+
+    def test_every_number_has_a_unit(self):
+        schema = read_schema(SCHEMA)
+
+        def check(node, unit, where):
+            unit = node.get("unit", unit)
+            if "$ref" in node:
+                check(functools.reduce(dict.get, node["$ref"].split("/")[1:], schema), unit, where)
+            types = node.get("type", [])
+            if {"number", "integer"} & set([types] if isinstance(types, str) else types):
+                self.assertIsNotNone(unit, where)
+            for name, child in node.get("properties", {}).items():
+                check(child, unit, f"{where}.{name}")
+            for key in ("items", "additionalProperties"):
+                if isinstance(node.get(key), dict):
+                    check(node[key], unit, f"{where}[]")
+
+        check(schema, None, "result")
 
     def test_summary(self):
         text = self.succeed("align", self.source, self.target)

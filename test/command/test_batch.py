@@ -24,7 +24,7 @@ class Manifests(BatchTest):
                 self.assertEqual((summary["pairs"], summary["converged"] + summary["at_the_limit"], summary["complete"]),
                                  (6, 6, True))
         alone = self.align(self.path("scan_1.pcd"), self.path("scan_0.pcd"), "--reciprocal")
-        for key in alone.keys() - {"source", "target", "device_bytes", "times_ms"}:
+        for key in alone.keys() - {"version", "arguments", "source", "target", "threads", "device_bytes", "times_ms"}:
             self.assertEqual(results[0][key], alone[key], key)
 
     def test_csv_and_json_lines_are_the_same(self):
@@ -210,7 +210,7 @@ class Outcomes(BatchTest):
         arguments = ["--fail-fast", "--policy", "fifo", "--pairs-in-flight", "1"]
         done = self.fail_with(NOT_CONVERGED, "batch", self.manifest(rows), "-o", self.path("out"), *arguments,
                               names="--fail-fast left 40")
-        self.assertIn("1/41 none.pcd", done.stdout)
+        self.assertIn("1/41 pair 0 none.pcd", done.stdout)
         self.assertEqual(list(self.results()), [0])
         summary = self.summary()
         self.assertEqual((summary["failed"], summary["left"], summary["complete"]), (1, 40, False))

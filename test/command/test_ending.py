@@ -109,6 +109,17 @@ class Endings(BatchTest):
             self.assertEqual(result["reason"], "iterations")
             self.assertIn("(got worse)", text)
 
+    def test_what_got_worse_counts_apart_in_a_batch(self):
+        rows = [(*(os.path.basename(file) for file in self.worsening()), "plane"), ("none.pcd", "none.pcd", "")]
+        done = self.run_command("batch", self.manifest(rows, ("source", "target", "metric")), "-o", self.path("out"),
+                                "--iterations", "2", "--once")
+        self.assertIn("pairs      2: 0 converged, 1 without an answer (1 got worse), 1 failed\n", done.stdout)
+        summary = self.summary()
+        self.assertEqual((summary["not_converged"], summary["got_worse"], summary["failed"]), (1, 1, 1))
+        again = self.run_command("batch", self.path("manifest.csv"), "-o", self.path("out"), "--iterations", "2", "--once",
+                                 "--resume")
+        self.assertIn("1 without an answer (1 got worse), 1 failed (2 were there already)\n", again.stdout)
+
     def test_a_point_far_from_all_others_does_not_decide(self):
         """It makes up the whole RMSE, of which only the rounding changes."""
         for far in (1e6, 2e10):
@@ -130,8 +141,8 @@ class Endings(BatchTest):
         text = self.succeed("batch", manifest, "-o", self.path("out"))
         self.assertEqual([self.results()[i]["status"] for i in range(3)], ["at the limit", "converged", "at the limit"])
         summary = self.summary()
-        self.assertEqual((summary["converged"], summary["at_the_limit"], summary["not_converged"], summary["left"]),
-                         (1, 2, 0, 0))
+        self.assertEqual([summary[key] for key in ("converged", "at_the_limit", "not_converged", "got_worse", "left")],
+                         [1, 2, 0, 0, 0])
         self.assertIn("pairs      3: 1 converged, 2 at the limit, 0 without an answer, 0 failed\n", text)
         self.assertIn("cloud_1.pcd onto cloud_2.pcd: at the limit, 2 iterations, RMSE", text)
         again = self.succeed("batch", manifest, "-o", self.path("out"), "--resume", "--fail-fast")

@@ -195,21 +195,21 @@ class Faults(BatchTest):
                 for call in range(1, calls.get(function, 0) + 1) for code in (of if EVERY else (of[0], of[-1]))]
 
     def test_files_of_align(self):
-        names = ["out.pcd", "m.txt", "j.json"]
+        names = ["out.pcd", "both.ply", "m.txt", "j.json"]
         for existing in ([[]] if EVERY else []) + [names]:
-            arguments = ["align", self.source, self.target, "-o", "OUT/out.pcd", "--matrix", "OUT/m.txt", "--json",
-                         "OUT/j.json", "--quiet", *(["--force"] if existing else [])]
+            arguments = ["align", self.source, self.target, "-o", "OUT/out.pcd", "--both", "OUT/both.ply", "--matrix",
+                         "OUT/m.txt", "--json", "OUT/j.json", "--quiet", *(["--force"] if existing else [])]
             done, counts, whole = self.run_with(arguments, existing=existing)
             self.assertEqual(set(whole), set(names))
-            self.assertEqual(counts["calls"]["write"], 3)
-            reads = counts["calls"]["close"] - 3
+            self.assertEqual(counts["calls"]["write"], 4)
+            reads = counts["calls"]["close"] - 4
 
             def check(fault, done, counts, files):
                 function, call, code = fault
                 passes = code in (errno.EINTR, WRITES_HALF) or function == "close" and call <= reads
                 if passes:
                     self.assertEqual((done.returncode, done.stderr), (SUCCESS, ""), done)
-                    self.assertEqual({name: files[name] for name in names[:2]}, {name: whole[name] for name in names[:2]})
+                    self.assertEqual({name: files[name] for name in names[:3]}, {name: whole[name] for name in names[:3]})
                     return
                 self.assertEqual(done.returncode, OUTPUT, done)
                 self.assertRegex(done.stderr, r"\Apcl_gpu_icp: [^\n]+\n\Z")

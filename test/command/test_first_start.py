@@ -39,6 +39,31 @@ class Quiet(FirstStart):
         self.assertTrue(os.listdir(self.path("cache")), "the kernels were compiled")
 
 
+class Terminal(FirstStart):
+    """A terminal is told what takes so long, at the first start only."""
+
+    COMPILING = r"\rcompiling kernels for this device, once: \d+ s\x1b\[K"
+
+    def test_align_and_compare(self):
+        for command in ("align", "compare"):
+            os.environ["POCL_CACHE_DIR"] = self.path(command)
+            _, seen = self.on_terminal(command, *self.pair)
+            self.assertRegex(seen, self.COMPILING)
+            self.assertTrue(seen.endswith("\r\x1b[K"), "the line is gone in the end")
+            _, seen = self.on_terminal(command, *self.pair)
+            self.assertNotIn("compiling", seen)
+
+    def test_a_batch_shows_its_bar_again(self):
+        os.environ["POCL_CACHE_DIR"] = self.path("batch")
+        manifest = self.write("pairs.csv", "source,target\nsource.pcd,target.pcd\n")
+        _, seen = self.on_terminal("batch", manifest, "-o", self.path("out"), stdout_too=True)
+        self.assertRegex(seen, self.COMPILING + r"(?s:.*)\r\[#{24}\] 1/1")
+
+    def test_quiet(self):
+        os.environ["POCL_CACHE_DIR"] = self.path("quiet")
+        self.assertEqual(self.on_terminal("align", *self.pair, "--quiet"), ("", ""))
+
+
 class Folder(FirstStart):
     """Where PoCL keeps the kernels. For root, too, nothing can be made below a file."""
 

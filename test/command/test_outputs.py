@@ -280,6 +280,54 @@ class Cloud(CommandTest):
         self.assertEqual({p[3] for p in read_pcd(self.path("out.pcd"))[1]}, {5})
 
 
+class Both(CommandTest):
+    """--both: the source, moved, in orange and the target in blue, as --png has them."""
+
+    ORANGE, BLUE = 0xE69F00, 0x0072B2
+
+    def both(self, source, target, name, *arguments):
+        """The transform, and rows of x, y, z and a colour."""
+        path = self.path(name)
+        result = self.align(self.write("s.pcd", source), self.write("t.pcd", target), "--both", path, *arguments)
+        if name.endswith(".pcd"):
+            header, rows = read_pcd(path)
+            self.assertEqual(header["FIELDS"], ["x", "y", "z", "rgb"])
+            return result["transform"], [(*row[:3], struct.unpack("<I", struct.pack("<f", row[3]))[0]) for row in rows]
+        _, names, rows = read_ply(path)
+        self.assertEqual(names, ["x", "y", "z", "red", "green", "blue"])
+        return result["transform"], [(*row[:3], row[3] << 16 | row[4] << 8 | row[5]) for row in rows]
+
+    def assert_both(self, rows, transform, source, target, tolerance=1e-5):
+        expected = [(*moved(transform, p), self.ORANGE) for p in source] + [(*p, self.BLUE) for p in target]
+        self.assertEqual([row[3] for row in rows], [row[3] for row in expected])
+        for row, point in zip(rows, expected):
+            self.assertLess(math.dist(row[:3], point[:3]), tolerance)
+
+    def test_both_formats(self):
+        for name in ("both.pcd", "both.ply", "both.PLY"):
+            transform, rows = self.both(pcd(POINTS), pcd(TARGET), name)
+            self.assert_both(rows, transform, POINTS, TARGET)
+
+    def test_every_point_that_is_one(self):
+        nan, fields = float("nan"), [("label", "U", 1, 1), *XYZ]
+        source = [(1, *p) for p in POINTS] + [(2, nan, 0.0, 0.0)] + [(3, 0.0, 0.0, 0.0)] * 30
+        target = TARGET + [(0.0, 0.0, float("inf"))]
+        transform, rows = self.both(pcd(source, "binary", fields), pcd(target, "binary"), "leaf.ply", "--leaf", "0.3",
+                                    "--drop-zero-returns")
+        self.assert_both(rows, transform, [p for p in POINTS if p != (0.0, 0.0, 0.0)], TARGET)
+
+    def test_double_coordinates_keep_their_digits(self):
+        shift = lambda points: [(x + 512345.678, y + 5403210.987, z + 312.3) for x, y, z in points]
+        for name in ("utm.pcd", "utm.ply"):
+            transform, rows = self.both(pcd(shift(POINTS), "binary", XYZ_DOUBLE), pcd(shift(TARGET), "binary", XYZ_DOUBLE),
+                                        name)
+            self.assert_both(rows, transform, shift(POINTS), shift(TARGET), 1e-8)
+
+    def test_it_is_read_again(self):
+        self.both(pcd(POINTS), pcd(TARGET), "both.ply")
+        self.assertEqual(self.align(self.path("both.ply"), self.path("t.pcd"))["points"]["source"], 2 * len(POINTS))
+
+
 class Files(CommandTest):
     def setUp(self):
         super().setUp()
@@ -294,6 +342,8 @@ class Files(CommandTest):
         return [
             ["-o", self.path(name + ".pcd")],
             ["-o", self.path(name + ".ply")],
+            ["--both", self.path(name + ".pcd")],
+            ["--both", self.path(name + ".ply")],
             ["--matrix", self.path(name + ".txt")],
             ["--json", self.path(name + ".json")],
         ]
@@ -362,6 +412,9 @@ class Files(CommandTest):
         self.fail_with(
             USAGE, "align", self.source, self.target, "-o", self.path("x.pcd"), "--json", self.path("x.pcd"),
             names=["-o", "--json"])
+        self.fail_with(
+            USAGE, "align", self.source, self.target, "-o", self.path("x.pcd"), "--both", self.path("x.pcd"),
+            names=["-o", "--both"])
 
     def test_places_that_cannot_be_written(self):
         os.mkdir(self.path("directory.ply"))
@@ -371,6 +424,7 @@ class Files(CommandTest):
             (["--json", self.path("none/r.json")], "no directory"),
             (["-o", self.path("none/out.pcd")], "no directory"),
             (["-o", self.path("directory.ply"), "--force"], "not a regular file"),
+            (["--both", self.path("none/both.pcd")], "no directory"),
             (["--matrix", "/dev/null", "--force"], "not a regular file"),
             (["--matrix", self.path("x" * 300)], "name too long"),
         ]:
@@ -390,8 +444,9 @@ class Files(CommandTest):
 
     def run_out_of_space(self, *arguments):
         """A limit that the cloud exceeds, and the files that PoCL keeps its kernels in do not."""
-        random = os.urandom(1 << 22)
-        points = [(*p, *struct.unpack_from("<8Q", random, 64 * i)) for i, p in enumerate(surface(240, 200))]
+        places = surface(320, 240)
+        random = os.urandom(64 * len(places))
+        points = [(*p, *struct.unpack_from("<8Q", random, 64 * i)) for i, p in enumerate(places)]
         noise = [("noise", "U", 8, 8)]
         source = self.write("large.pcd", pcd(points, "binary", XYZ + noise))
         limit = 2 << 20
@@ -403,6 +458,7 @@ class Files(CommandTest):
 
     def test_no_partial_file_when_the_disk_is_full(self):
         self.assertIn("out.pcd", self.run_out_of_space("-o", self.path("out.pcd")).stderr)
+        self.assertIn("both.ply", self.run_out_of_space("--both", self.path("both.ply")).stderr)
 
     def test_all_files_or_none(self):
         self.run_out_of_space(
@@ -420,6 +476,6 @@ class Files(CommandTest):
         far = self.write("far.pcd", pcd([(x + 1000, y, z) for x, y, z in POINTS]))
         self.fail_with(
             NOT_CONVERGED, "align", self.source, far, "--once", "--max-distance", "1", "-o", self.path("out.pcd"),
-            "--matrix", self.path("m.txt"), "--json", self.path("r.json"), names=["no answer: no pair within", "not written"])
+            "--both", self.path("both.pcd"), "--matrix", self.path("m.txt"), "--json", self.path("r.json"), names=["no answer: no pair within", "not written"])
         self.assertEqual(self.files(), self.inputs | {"far.pcd", "r.json"})
         self.assertFalse(self.checked(read(self.path("r.json")))["converged"])

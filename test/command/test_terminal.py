@@ -15,6 +15,7 @@ class Terminal(CommandTest):
 
     def test_live_line(self):
         text, seen = self.on_terminal(*self.arguments)
+        self.assertIn("\rreading source.pcd\x1b[K\rreading target.pcd\x1b[K\r\x1b[K", seen)
         self.assertIn("\riteration 1  RMSE ", seen)
         self.assertIn("\riteration 2  RMSE ", seen)
         self.assertNotIn("\n", seen)

@@ -2,7 +2,7 @@
 
 import os
 
-from command import USAGE, CommandTest, numbers, motion, pcd, surface
+from command import INPUT, USAGE, CommandTest, numbers, motion, pcd, surface
 
 REFLECTION = "-1 0 0 0  0 1 0 0  0 0 1 0  0 0 0 1".split()
 SCALED = "1.1 0 0 0  0 1.1 0 0  0 0 1.1 0  0 0 0 1".split()
@@ -12,12 +12,6 @@ PROJECTIVE = "1 0 0 0  0 1 0 0  0 0 1 0  0 0 0.1 1".split()
 class Usage(CommandTest):
     def test_version(self):
         self.assertEqual(self.succeed("--version"), f"pcl_gpu_icp {os.environ['PCL_GPU_ICP_VERSION']}\n")
-
-    def test_help_names_every_subcommand(self):
-        text = self.succeed("--help")
-        for subcommand in ("align", "compare", "devices"):
-            self.assertIn(subcommand, text)
-        self.assertIn("--drop-zero-returns", self.succeed("align", "--help"))
 
     def test_wrong_arguments(self):
         for arguments, names in [
@@ -29,6 +23,7 @@ class Usage(CommandTest):
             (["align", "a.pcd", "b.pcd", "--bogus"], "--bogus"),
             (["align", "a.pcd", "b.pcd", "--max-distance"], "--max-distance"),
             (["align", "a.pcd", "b.pcd", "-o", "out.xyz"], "out.xyz"),
+            (["align", "a.pcd", "b.pcd", "--both", "out.xyz"], "out.xyz"),
             (["align", "a.pcd", "b.pcd", "--search", "magic"], ["--search", "magic"]),
             (["align", "a.pcd", "b.pcd", "--pipeline", "magic"], ["--pipeline", "magic"]),
             (["compare", "a.pcd", "b.pcd", "--tolerance-degrees", "0"], "--tolerance-degrees"),
@@ -38,6 +33,45 @@ class Usage(CommandTest):
         ]:
             with self.subTest(arguments):
                 self.fail_with(USAGE, *arguments, names=names)
+
+    def test_the_nearest_name_is_proposed(self):
+        pair = ["align", "a.pcd", "b.pcd"]
+        for arguments, name in [
+            ([*pair, "--max-distnace", "3"], "--max-distance"),
+            ([*pair, "--max-distnace=3"], "--max-distance"),
+            (["align", "--max-distnace", "3", "a.pcd"], "--max-distance"),
+            ([*pair, "--Metric", "plane"], "--metric"),
+            ([*pair, "--ouput", "c.pcd"], "--output"),
+            ([*pair, "--metric", "pont"], "point"),
+            ([*pair, "--metric=Plane"], "plane"),
+            ([*pair, "--loss", "hubber:0.1"], "huber"),
+            (["batch", "m.csv", "-o", "out", "--policy", "fiof"], "fifo"),
+            (["compare", "a.pcd", "b.pcd", "--stok-limit", "3"], "--stock-limit"),
+            (["--verison"], "--version"),
+            (["algin", "a.pcd", "b.pcd"], "align"),
+        ]:
+            with self.subTest(arguments):
+                self.fail_with(USAGE, *arguments, names=f"; did you mean {name}? (see --help)")
+
+    def test_none_is_proposed_where_none_is_near(self):
+        for arguments, named in [
+            (["align", "a.pcd", "b.pcd", "--bogus"], "there is no option --bogus (see"),
+            (["align", "a.pcd", "b.pcd", "--metric", "magic"], "magic is not gicp|plane|point (see"),
+            (["compare", "a.pcd", "b.pcd", "--" + "x" * 100000], "there is no option --xxx"),
+            (["dance"], "there is no subcommand dance (see"),
+        ]:
+            self.assertNotIn("did you mean", self.fail_with(USAGE, *arguments, names=named).stderr)
+
+    def test_the_nearest_column_of_a_manifest_is_proposed(self):
+        for name, content, proposed in [
+            ("a.csv", "source,target,max_distance\n", "max-distance"),
+            ("b.csv", "sorce,target\n", "source"),
+            ("c.csv", "source,target,metric\na.pcd,b.pcd,pont\n", "point"),
+            ("d.jsonl", '{"source": "a.pcd", "target": "b.pcd", "iteratoins": 3}\n', "iterations"),
+        ]:
+            manifest = self.write(name, content)
+            self.fail_with(INPUT, "batch", manifest, "-o", self.path("out"),
+                           names=[f"{manifest}:", f"; did you mean {proposed}?"])
 
     def test_numbers_out_of_range(self):
         for option, values in {

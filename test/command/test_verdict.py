@@ -52,7 +52,7 @@ class Verdicts(BatchTest):
 
         done = self.fail_with(
             NOT_CONVERGED, "align", *self.pair("doubtful"), "--strict", "-o", self.path("strict.pcd"), "--json", "-",
-            names=["next_floor.pcd onto", "the pose is doubtful: " + result["reasons"][0], "-o and --matrix not written"])
+            names=["next_floor.pcd onto", "the pose is doubtful: " + result["reasons"][0], "-o, --both and --matrix not written"])
         strict = self.checked(done.stdout)
         self.assertEqual((strict["ending"], strict["verdict"], strict["converged"]), ("doubtful", "doubtful", False))
         self.assertEqual(strict["transform"], result["transform"])

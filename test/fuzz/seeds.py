@@ -151,7 +151,7 @@ RESULTS = {
     "converged": result(),
     "three": result() + result(pair=1, rmse=None) + result(pair=2, options={"leaf": "0.5"}),
     "failed": result(status="failed", error={"kind": "input", "message": "a.pcd: is empty"}),
-    "not_converged": result(status="not converged", why="no correspondences"),
+    "not_converged": result(status="not converged", ending="got worse", why="stopped at the limit"),
     "at_the_limit": result(status="at the limit"),
     "twice": result() * 2,
     "pair_is_negative": result(pair=-1),
