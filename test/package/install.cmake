@@ -4,6 +4,7 @@ execute_process(COMMAND ${CMAKE_COMMAND} --install ${BUILD} --prefix ${PREFIX} C
                 OUTPUT_QUIET)
 foreach(file share/pcl_gpu_icp/package.xml share/ament_index/resource_index/packages/pcl_gpu_icp
              include/pcl_gpu_icp/icp.h include/pcl_gpu_icp/version.h ${LIBDIR}/libpcl_gpu_icp.so
+             ${LIBDIR}/pkgconfig/pcl_gpu_icp.pc share/doc/pcl_gpu_icp/samples/CMakeLists.txt
              share/man/man1/pcl_gpu_icp.1 share/bash-completion/completions/pcl_gpu_icp
              share/zsh/site-functions/_pcl_gpu_icp)
   if(NOT EXISTS ${PREFIX}/${file})

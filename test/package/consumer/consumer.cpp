@@ -9,6 +9,10 @@
 #include <cmath>
 #include <iostream>
 
+#if !PCL_GPU_ICP_VERSION_COMPARE(>=, 0, 1, 0) || PCL_GPU_ICP_VERSION_COMPARE(<, 0, 1, 0)
+#error the version is compared wrongly
+#endif
+
 int main()
 {
   std::cout << "pcl_gpu_icp " << PCL_GPU_ICP_VERSION << '\n';
