@@ -4,6 +4,7 @@
 #include "cli/nearest_name.h"
 #include "cli/number.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 
@@ -16,6 +17,47 @@ constexpr LossFunction loss_functions[] = {LossFunction::None,
                                            LossFunction::GemanMcClure,
                                            LossFunction::Tukey,
                                            LossFunction::Welsch};
+
+/// What docs/which-options.md recommends for a kind of data.
+struct Preset {
+  const char* name;
+  Metric metric;
+  LossFunction loss;
+};
+constexpr Preset presets[] = {{"lidar", Metric::Plane, LossFunction::Huber},
+                              {"rgbd", Metric::Plane, LossFunction::Huber},
+                              {"object", Metric::Generalized, LossFunction::Huber}};
+
+/// Sets what no option says otherwise.
+void addPreset(CLI::App& command, AlignmentOptions& options)
+{
+  std::vector<std::string> names;
+  std::string description = "what is recommended for data of a kind, but for what other options say:";
+  const char* separator = " ";
+  for (const auto& [name, metric, loss] : presets) {
+    names.emplace_back(name);
+    description += std::string(separator) + name + " is --metric " + toString(metric) + " --loss " + toString(loss);
+    separator = ", ";
+  }
+  command.add_option("--preset", options.preset, description)
+      ->check(CLI::Validator(
+          [names](const std::string& text) {
+            return std::find(names.begin(), names.end(), text) == names.end() ? noneOf(names, text) : "";
+          },
+          ""))
+      ->type_name(CLI::detail::join(names, "|"))
+      ->group(group::common);
+  command.parse_complete_callback([&command, &options] {
+    for (const auto& [name, metric, loss] : presets) {
+      if (options.preset != name)
+        continue;
+      if (command.get_option("--metric")->count() == 0)
+        options.metric = metric;
+      if (command.get_option("--loss")->count() == 0)
+        options.loss = {loss};
+    }
+  });
+}
 
 std::vector<std::string> lossNames()
 {
@@ -98,6 +140,7 @@ void addPairOptions(CLI::App& command, AlignmentOptions& options)
       ->check(positiveNumber())
       ->type_name("SIZE")
       ->group(group::common);
+  addPreset(command, options);
   addChoice(
       command,
       "--metric",

@@ -17,7 +17,8 @@ class Manifests(BatchTest):
         rows = self.pairs(6)
         for arguments in ([], ["--search", "device"], ["--leaf", "0.6", "--iterations", "4"],
                           ["--metric", "plane"], ["--metric", "plane", "--search", "device"], ["--metric", "gicp"],
-                          ["--metric", "gicp", "--search", "device"], ["--metric", "symmetric"], ["--reciprocal"]):
+                          ["--metric", "gicp", "--search", "device"], ["--metric", "symmetric"], ["--preset", "object"],
+                          ["--reciprocal"]):
             with self.subTest(arguments):
                 results, summary = self.batch(self.manifest(rows), *arguments, "--force")
                 self.assertEqual(self.transforms(results), self.aligned_alone(rows, *arguments))

@@ -134,6 +134,23 @@ class Options(CommandTest):
         self.assertIn("normals", self.align(source, target, "--metric", "gicp")["times_ms"])
         self.assertIn("\nmetric     gicp\n", self.succeed("align", source, target, "--metric", "gicp"))
 
+    def test_preset(self):
+        hills = sampled_surface(800, seed=2)
+        source = self.write("hills.pcd", pcd(hills))
+        target = self.write("moved_hills.pcd", pcd([moved(MOTION, point) for point in sampled_surface(1500, seed=1)]))
+        for preset, metric in (("lidar", "plane"), ("rgbd", "plane"), ("object", "gicp")):
+            with self.subTest(preset):
+                by_preset = self.align(source, target, "--preset", preset)
+                self.assertEqual((by_preset["metric"], by_preset["loss"]["function"]), (metric, "huber"))
+                self.assertEqual(self.align(source, target, "--metric", metric, "--loss", "huber")["transform"],
+                                 by_preset["transform"])
+        for arguments in (["--preset", "object", "--metric", "point", "--loss", "cauchy:0.2"],
+                          ["--metric", "point", "--loss", "cauchy:0.2", "--preset", "object"]):
+            given = self.align(source, target, *arguments)
+            self.assertEqual((given["metric"], given["loss"]["function"]), ("point", "cauchy"))
+        self.fail_with(USAGE, "align", source, target, "--preset", "lydar",
+                       names=["--preset", "lidar|rgbd|object", "did you mean lidar"])
+
     def test_loss(self):
         hills = sampled_surface(1500, seed=2)
         clutter = [(x, y, z + 0.5) for x, y, z in hills[:300]]
