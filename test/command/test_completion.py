@@ -34,9 +34,9 @@ class Bash(ManualTest):
         self.assertEqual(self.complete("align", "a.pcd", "b.pcd", "--max-d"), ["--max-distance"])
 
     def test_words_that_an_option_takes(self):
-        self.assertEqual(self.complete("align", "--metric", ""), ["gicp", "plane", "point"])
+        self.assertEqual(self.complete("align", "--metric", ""), ["gicp", "plane", "point", "symmetric"])
         self.assertEqual(self.complete("align", "--metric", "=", "p"), ["plane", "point"])
-        self.assertEqual(self.complete("align", "--metric", "="), ["gicp", "plane", "point"])
+        self.assertEqual(self.complete("align", "--metric", "="), ["gicp", "plane", "point", "symmetric"])
         self.assertEqual(self.complete("align", "--loss", "ca"), ["cauchy"])
         self.assertEqual(self.complete("batch", "--policy", "f"), ["fifo"])
         self.assertEqual(self.complete("compare", "--device", ""), ["accelerator", "cpu", "gpu"])
@@ -84,8 +84,8 @@ class Zsh(ManualTest):
         self.write("source.pcd", "")
         for line, words in {
             "pcl_gpu_icp ": COMMANDS,
-            "pcl_gpu_icp align --metric ": ["gicp", "plane", "point"],
-            "pcl_gpu_icp align --metric=": ["gicp", "plane", "point"],
+            "pcl_gpu_icp align --metric ": ["gicp", "plane", "point", "symmetric"],
+            "pcl_gpu_icp align --metric=": ["gicp", "plane", "point", "symmetric"],
             "pcl_gpu_icp align so": ["source.pcd"],
             "pcl_gpu_icp align -o so": ["source.pcd"],
             "pcl_gpu_icp align --guess ": ["auto", "source.pcd"],

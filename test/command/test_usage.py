@@ -56,7 +56,7 @@ class Usage(CommandTest):
     def test_none_is_proposed_where_none_is_near(self):
         for arguments, named in [
             (["align", "a.pcd", "b.pcd", "--bogus"], "there is no option --bogus (see"),
-            (["align", "a.pcd", "b.pcd", "--metric", "magic"], "magic is not gicp|plane|point (see"),
+            (["align", "a.pcd", "b.pcd", "--metric", "magic"], "magic is not gicp|plane|point|symmetric (see"),
             (["compare", "a.pcd", "b.pcd", "--" + "x" * 100000], "there is no option --xxx"),
             (["dance"], "there is no subcommand dance (see"),
         ]:
