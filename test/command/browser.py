@@ -83,7 +83,9 @@ def start(width, flags):
         options.add_experimental_option(
             "mobileEmulation", {"deviceMetrics": {"width": width, "height": 844, "pixelRatio": 2.0}})
     options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
-    return webdriver.Chrome(service=Service(str(DRIVER)), options=options)
+    driver = webdriver.Chrome(service=Service(str(DRIVER)), options=options)
+    driver.set_script_timeout(120)  # seconds: without a GPU, on cores that are shared, a picture takes its time
+    return driver
 
 
 running = {}
