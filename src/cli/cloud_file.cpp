@@ -6,6 +6,7 @@
 #include "cli/number.h"
 #include "cli/pcd.h"
 #include "cli/ply.h"
+#include "cli/text_cloud.h"
 
 #include <algorithm>
 #include <cctype>
@@ -71,7 +72,9 @@ Cloud parseCloud(const std::string& path, std::string_view content)
     return readPly(path, content);
   if (isPcd(content))
     return readPcd(path, content);
-  throw inputFailure(path, describeForeign(path, content));
+  if (const auto foreign = describeForeign(path, content))
+    throw inputFailure(path, *foreign);
+  return readTextCloud(path, content);
 }
 
 Warnings checkWritable(const Cloud& cloud, const std::string& path)

@@ -10,10 +10,10 @@ namespace pcl_gpu_icp::cli {
 
 enum class CloudFormat { Pcd, Ply };
 
-/// By the extension, whatever its case.
+/// Of a file to write, by the extension, whatever its case.
 std::optional<CloudFormat> formatOf(const std::string& path);
 
-/// Reads a PCD or PLY file, told apart by its content.
+/// Reads a PCD or PLY file, told apart by its content, or a text whose lines are points.
 /// \throws Failure (Input) that names the file and says what is wrong with it
 Cloud readCloud(const std::string& path);
 

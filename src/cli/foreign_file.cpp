@@ -63,57 +63,6 @@ std::string filledIn(std::string text, const Names& names)
   return text;
 }
 
-/// Rows of numbers, behind lines of something else.
-struct Table {
-  std::size_t lines_before = 0;
-  std::size_t rows = 0;
-  std::size_t columns = 0;
-  char separator = ' '; ///< or a comma or semicolon
-};
-
-std::size_t countNumbers(std::string_view line, char separator)
-{
-  const std::string separators = std::string(" \t\r") + separator;
-  std::size_t numbers = 0;
-  for (auto word = nextWord(line, separators); !word.empty(); word = nextWord(line, separators), ++numbers)
-    if (!parseReal(word))
-      return 0;
-  return numbers;
-}
-
-/// What the first lines are; a table has three columns or more.
-Table tableIn(std::string_view content)
-{
-  constexpr std::size_t most_before = 20;
-  Table table;
-  const char end = lineEnd(content);
-  while (!content.empty() && table.lines_before <= most_before) {
-    const std::string_view line = nextLine(content, end);
-    table.separator = line.find(';') != std::string_view::npos   ? ';'
-                      : line.find(',') != std::string_view::npos ? ','
-                                                                 : ' ';
-    table.columns = countNumbers(line, table.separator);
-    if (table.columns < 3) {
-      ++table.lines_before;
-      continue;
-    }
-    table.rows = 1;
-    while (!content.empty() && countNumbers(nextLine(content, end), table.separator) == table.columns)
-      ++table.rows;
-    return table;
-  }
-  return {};
-}
-
-/// The names of the columns of a table, as far as they are plain from how many there are.
-std::string fieldsOf(std::size_t columns)
-{
-  std::string fields = "x y z";
-  for (std::size_t i = 4; i <= columns; ++i)
-    fields += columns == 4 ? " intensity" : report::format(" column_%zu", i);
-  return fields;
-}
-
 /// A shell command that puts a header before a file's data.
 std::string
 headerCommand(const std::string& fields, const std::string& data, const std::string& body, const Names& names)
@@ -121,22 +70,12 @@ headerCommand(const std::string& fields, const std::string& data, const std::str
   return ": (printf 'FIELDS " + fields + "\\nDATA " + data + "\\n'; " + body + ") > " + names.new_file;
 }
 
-std::string describeTable(const Table& table, const Names& names)
-{
-  std::string body = table.lines_before > 0 ? "tail -n +" + std::to_string(table.lines_before + 1) + " " + names.file
-                                            : "cat " + names.file;
-  if (table.separator != ' ')
-    body += std::string(" | tr '") + table.separator + "' ' '";
-  return report::format("looks like a table of %zu columns", table.columns) +
-         headerCommand(fieldsOf(table.columns), "ascii", body, names);
-}
-
 /// Lines "v x y z", in the first of the file or behind comments and names of materials.
 bool looksLikeObj(std::string_view content)
 {
   for (int line_number = 0; line_number < 100 && !content.empty(); ++line_number) {
     std::string_view line = nextLine(content);
-    if (nextWord(line) == "v" && countNumbers(line, ' ') >= 3)
+    if (nextWord(line) == "v" && parseReal(nextWord(line)) && parseReal(nextWord(line)) && parseReal(nextWord(line)))
       return true;
   }
   return false;
@@ -169,7 +108,7 @@ bool looksBinary(std::string_view content)
 
 } // namespace
 
-std::string describeForeign(const std::string& path, std::string_view content)
+std::optional<std::string> describeForeign(const std::string& path, std::string_view content)
 {
   const std::filesystem::path name(path);
   const Names names{shellWord(path),
@@ -177,7 +116,7 @@ std::string describeForeign(const std::string& path, std::string_view content)
                     shellWord((name.parent_path() / name.stem()).string())};
   const std::string extension = lowerCase(name.extension().string());
   const auto looksLike = [&](const char* what, const std::string& remedy) {
-    return std::string("is not a PCD or PLY file; it looks like ") + what + filledIn(remedy, names);
+    return std::string("is of a format that is not read; it looks like ") + what + filledIn(remedy, names);
   };
   content = withoutByteOrderMark(content);
   for (const Signature& signature : signatures)
@@ -185,7 +124,7 @@ std::string describeForeign(const std::string& path, std::string_view content)
       return looksLike(signature.what, signature.remedy);
   if (const auto lines = verticesOfOff(content))
     return looksLike("an OFF mesh",
-                     headerCommand(fieldsOf(3), "ascii", "sed -n " + *lines + "p FILE | cut -d' ' -f1-3", names));
+                     headerCommand("x y z", "ascii", "sed -n " + *lines + "p FILE | cut -d' ' -f1-3", names));
   const std::string start = lowerCase(content.substr(0, 512));
   if (start.find("<html") != std::string::npos || start.find("<!doctype html") != std::string::npos)
     return looksLike("an HTML page, as a failed download leaves: download the file itself", "");
@@ -198,13 +137,13 @@ std::string describeForeign(const std::string& path, std::string_view content)
   if (extension == ".stl")
     return looksLike("an STL mesh", from_stl);
   if (looksBinary(content))
-    return "is not a PCD or PLY file, nor of a format known by its first bytes; convert it to one of them";
+    return "is of a format that is not read, nor known by its first bytes; convert it to PCD or PLY";
   if (looksLikeObj(content))
     return looksLike("an OBJ mesh", ": pcl_obj2pcd FILE NEW (package pcl-tools)");
-  const Table table = tableIn(content);
-  if (table.rows > 0)
-    return "is not a PCD or PLY file; it " + describeTable(table, names);
-  return "is not a PCD or PLY file: it has neither the line FIELDS of the one nor the first line 'ply' of the other";
+  if (extension == ".pcd" || extension == ".ply")
+    return "is not a PCD or PLY file: it has neither the line FIELDS of the one nor the first line 'ply' of the other; "
+           "the name of a text whose lines are points must end otherwise, such as in .xyz";
+  return std::nullopt;
 }
 
 } // namespace pcl_gpu_icp::cli

@@ -265,10 +265,12 @@ void addPairOptions(CLI::App& command, AlignmentOptions& options)
 
 void addAlignmentOptions(CLI::App& command, AlignmentOptions& options)
 {
-  command.add_option("SOURCE", options.source, "the cloud that is moved: .pcd or .ply")->required()->type_name("FILE");
-  command.add_option("TARGET", options.target, "the cloud it is moved onto: .pcd or .ply")
+  command
+      .add_option(
+          "SOURCE", options.source, "the cloud that is moved: .pcd, .ply or a text of points (.xyz, .csv, .pts, ...)")
       ->required()
       ->type_name("FILE");
+  command.add_option("TARGET", options.target, "the cloud it is moved onto, as SOURCE")->required()->type_name("FILE");
   addPairOptions(command, options);
   command
       .add_option("--device",

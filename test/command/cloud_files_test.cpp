@@ -1,0 +1,165 @@
+// Clouds in the formats that people and other programs have them in.
+
+#include "cli/cloud_file.h"
+#include "cli/failure.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <vector>
+
+using namespace pcl_gpu_icp;
+
+namespace {
+
+using Points = std::vector<std::array<double, 3>>;
+
+const Points three = {{1, 2, 3}, {4.5, -5, 6e-3}, {7, 8, 9}};
+
+Points pointsOf(const cli::Cloud& cloud) { return cli::coordinates(cloud, "a.xyz").points; }
+
+cli::Cloud read(const std::string& content, const std::string& path = "a.xyz")
+{
+  return cli::parseCloud(path, content);
+}
+
+std::string refusal(const std::string& content, const std::string& path = "a.xyz")
+{
+  try {
+    read(content, path);
+  } catch (const cli::Failure& failure) {
+    EXPECT_EQ(failure.code(), cli::ExitCode::Input);
+    return failure.what();
+  }
+  return "none";
+}
+
+void expectIn(const std::string& part, const std::string& whole)
+{
+  EXPECT_NE(whole.find(part), std::string::npos) << "'" << part << "' is not in '" << whole << "'";
+}
+
+bool isDouble(const cli::Cloud& cloud) { return cli::coordinates(cloud, "a.xyz").from_double; }
+
+} // namespace
+
+TEST(TextCloud, IsReadAsProgramsAndPeopleWriteIt)
+{
+  Points expected = three;
+  expected[1][2] = 6e-3F;
+  for (const char* content : {
+           "1 2 3\n4.5 -5 6e-3\n7 8 9\n",
+           "1 2 3\n4.5 -5 6e-3\n7 8 9",
+           "1\t2\t3\r\n4.5\t-5\t6e-3\r\n7\t8\t9\r\n",
+           "1 2 3\r4.5 -5 6e-3\r7 8 9\r",
+           "\xEF\xBB\xBF"
+           "1,2,3\n4.5,-5,6e-3\n7,8,9\n",
+           "1; 2; 3\n4.5 ;-5;6e-3\n7;8;9\n",
+           "  1   2 3  \n\n \t4.5 \t -5 6e-3\n7 8 9",
+           "# of a scanner\n1 2 3\n  // the second\n4.5 -5 6e-3\n#\n7 8 9\n \n",
+           "+1 2. 3.000\n4.5e0 -5 0.006\n7 8 9\n",
+           "x,y,z\n1,2,3\n4.5,-5,6e-3\n7,8,9\n",
+           "\"X\", \"Y\", \"Z\"\n1,2,3\n4.5,-5,6e-3\n7,8,9\n",
+           "X;Y;Z\n1;2;3\n4.5;-5;6e-3\n7;8;9\n",
+           "x y z\n1 2 3\n4.5 -5 6e-3\n7 8 9\n",
+           "x,y,z\n1 2 3\n4.5 -5 6e-3\n7 8 9\n",
+           "//X Y Z\n1 2 3\n4.5 -5 6e-3\n7 8 9\n",
+           // CloudCompare, with and without its count
+           "//X Y Z R G B Scalar_field\n1 2 3 9 9 9 0.5\n4.5 -5 6e-3 9 9 9 nan\n7 8 9 9 9 9 0.1\n",
+           "//X Y Z R G B\n3\n1 2 3 9 9 9\n4.5 -5 6e-3 9 9 9\n7 8 9 9 9 9\n",
+           // a spreadsheet's columns, in its order and with labels
+           "id,Z,name,X,Y\n1,3,a tree,1,2\n2,6e-3,,4.5,-5\n3,9,#house,7,8\n",
+           // R
+           "\"\",\"x\",\"y\",\"z\"\n\"1\",1,2,3\n\"2\",4.5,-5,6e-3\n\"3\",7,8,9\n",
+           // PTS, in what it has behind x, y and z
+           "3\n1 2 3 -900 10 20 30\n4.5 -5 6e-3 -900 10 20 30\n7 8 9 -900 10 20 30\n",
+           "3\r\n1 2 3\r\n4.5 -5 6e-3\r\n7 8 9\r\n",
+           "# PTS\n3\nx y z\n1 2 3\n4.5 -5 6e-3\n7 8 9\n",
+       }) {
+    const cli::Cloud cloud = read(content);
+    EXPECT_EQ(pointsOf(cloud), expected) << content;
+    EXPECT_EQ(cloud.warnings, cli::Warnings()) << content;
+  }
+  for (const char* path : {"a.txt", "a.csv", "a.ASC", "a.pts", "a", "a.dat"})
+    EXPECT_EQ(pointsOf(read("1 2 3\n4.5 -5 6e-3\n7 8 9\n", path)), expected) << path;
+}
+
+TEST(TextCloud, SaysWhatItTookWhereThatWasGuessed)
+{
+  for (const char* content : {
+           "1 2 3 0.5\n4 5 6 0.5\n",
+           "1,2,3,tree\n4,5,6,\n",
+           "# x y z\n1 2 3 0.5\n4 5 6 0.5\n", // which names fewer
+           "# scanned on Monday\n1 2 3 0.5\n4 5 6 0.5\n",
+       }) {
+    const cli::Cloud cloud = read(content);
+    EXPECT_EQ(pointsOf(cloud), (Points{{1, 2, 3}, {4, 5, 6}})) << content;
+    EXPECT_EQ(cloud.warnings,
+              cli::Warnings{"a.xyz: its 4 columns have no names; the first three are taken as x, y and z"})
+        << content;
+  }
+}
+
+TEST(TextCloud, RefusalsNameTheLine)
+{
+  const std::string decimal = "; its commas look like decimal commas: tr , . < a.xyz > NEW";
+  EXPECT_EQ(refusal("1 2 3\n\n4 five 6\n"), "a.xyz: line 3: y: 'five' is not a number");
+  EXPECT_EQ(refusal("1 2 3\r4 5 0x\r"), "a.xyz: line 2: z: '0x' is not a number");
+  EXPECT_EQ(refusal("x,y,z\n1,,3\n"), "a.xyz: line 2: y is missing");
+  EXPECT_EQ(refusal("name,y,z,x\na,2,3,1\nb,5,6,\n"), "a.xyz: line 3: x is missing");
+  EXPECT_EQ(refusal("1 2 3\n4 5\n"), "a.xyz: line 2: has 2 columns where the lines before have 3");
+  EXPECT_EQ(refusal("1 2 3\n4 5 6 7\n"), "a.xyz: line 2: has 4 columns where the lines before have 3");
+  EXPECT_EQ(refusal("x y z\n1 2 3 4\n"), "a.xyz: line 2: has 4 columns where the lines before have 3");
+  EXPECT_EQ(refusal("x,y,z\n1,2,3,4\n1,2,3,4\n"), "a.xyz: line 2: has 4 columns where the lines before have 3");
+  EXPECT_EQ(refusal("1,2,3\n4 5 6\n"), "a.xyz: line 2: x: '4 5 6' is not a number");
+  EXPECT_EQ(refusal("x,y,z,X\n1,2,3,4\n"), "a.xyz: line 1: names the column x twice");
+  EXPECT_EQ(refusal("4\n1 2 3\n4 5 6\n"), "a.xyz: its first line promises 4 points; there are 2");
+  EXPECT_EQ(refusal("1\n1 2 3\n4 5 6\n"), "a.xyz: its first line promises 1 points; there are 2");
+  EXPECT_EQ(refusal("1 2 3\n2\n4 5 6\n"), "a.xyz: line 2: has 1 columns where the lines before have 3");
+  EXPECT_EQ(refusal("X;Y;Z\n1,5;2,5;3,5\n"), "a.xyz: line 2: x: '1,5' is not a number" + decimal);
+  EXPECT_EQ(refusal("x,y,z\n1,5,2,5,3,5\n"), "a.xyz: line 2: has 6 columns where the lines before have 3" + decimal);
+  const std::string neither = "a.xyz: is not a PCD or PLY file, and for a text of points its line 1 has neither three "
+                              "numbers nor the names x, y and z";
+  EXPECT_EQ(refusal("hello\n"), neither + ": 'hello'");
+  EXPECT_EQ(refusal("1 2\n3 4\n"), neither + ": '1 2'");
+  EXPECT_EQ(refusal("north,east,up\n1,2,3\n"), neither + ": 'north,east,up'");
+  EXPECT_EQ(refusal("C 1 2 3\n"), neither + ": 'C 1 2 3'");
+  EXPECT_EQ(refusal("1,2 ; 3\n"), neither + ": '1,2 ; 3'");
+  for (const char* content : {"1,5 2,5 3,5\n", "1,5\t2,5\t3,5\n", "1,5;2,5;3,5\n", "1 2,5 3\n", "1,5 2,5 3,5 9\n"})
+    EXPECT_EQ(refusal(content), neither + decimal) << content;
+  EXPECT_EQ(refusal("x y z\n"), "a.xyz: has no points");
+  EXPECT_EQ(refusal("# nothing\n\n"), "a.xyz: has no points");
+  EXPECT_EQ(refusal("0\n"), "a.xyz: has no points");
+  EXPECT_LT(refusal("1 2 " + std::string(100000, 'x')).size(), 200U);
+}
+
+TEST(TextCloud, IsNotTakenForAPcdOrPlyFileThatLostItsHeader)
+{
+  for (const char* path : {"a.pcd", "a.PLY"})
+    expectIn("is not a PCD or PLY file: it has neither the line FIELDS", refusal("1 2 3\n4 5 6\n", path));
+}
+
+TEST(TextCloud, HasPointsThatAreNotFinite)
+{
+  const Points points = pointsOf(read("1 2 3\nnan NaN -nan\n1.#QNAN inf none\n1e999 1 -inf\n"));
+  ASSERT_EQ(points.size(), 4U);
+  EXPECT_TRUE(std::isnan(points[1][2]));
+  EXPECT_EQ(points[2][1], std::numeric_limits<double>::infinity());
+  EXPECT_EQ(points[3][0], std::numeric_limits<double>::infinity());
+}
+
+TEST(TextCloud, IsDoubleWhereFloatWouldLoseDigits)
+{
+  const Points utm = {{512345.678, 5403210.987, 312.301}, {512346.679, 5403211.986, 312.302}, {512347, 5403212, 313}};
+  const cli::Cloud far = read("512345.678 5403210.987 312.301\n512346.679 5403211.986 312.302\n512347 5403212 313\n"
+                              "nan nan nan\n");
+  EXPECT_TRUE(isDouble(far));
+  Points points = pointsOf(far);
+  points.pop_back();
+  EXPECT_EQ(points, utm);
+  EXPECT_FALSE(isDouble(read("100.5 200.25 3\n50 100 4\n0 0 0\n")));
+  EXPECT_FALSE(isDouble(read("nan nan nan\n")));
+}
