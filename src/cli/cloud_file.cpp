@@ -2,11 +2,13 @@
 
 #include "cli/foreign_file.h"
 #include "cli/input_file.h"
+#include "cli/kitti_scan.h"
 #include "cli/lower_case.h"
 #include "cli/number.h"
 #include "cli/pcd.h"
 #include "cli/ply.h"
 #include "cli/text_cloud.h"
+#include "cli/vtk.h"
 
 #include <algorithm>
 #include <cctype>
@@ -45,11 +47,13 @@ bool isPcd(std::string_view content)
   return false;
 }
 
+std::string extensionOf(const std::string& path) { return lowerCase(std::filesystem::path(path).extension().string()); }
+
 } // namespace
 
 std::optional<CloudFormat> formatOf(const std::string& path)
 {
-  const std::string extension = lowerCase(std::filesystem::path(path).extension().string());
+  const std::string extension = extensionOf(path);
   if (extension == ".pcd")
     return CloudFormat::Pcd;
   if (extension == ".ply")
@@ -72,6 +76,11 @@ Cloud parseCloud(const std::string& path, std::string_view content)
     return readPly(path, content);
   if (isPcd(content))
     return readPcd(path, content);
+  if (isVtk(content))
+    return readVtk(path, content);
+  // Before what starts with bytes of its own, as any number may.
+  if (extensionOf(path) == ".bin" && looksBinary(content))
+    return readKittiScan(path, content);
   if (const auto foreign = describeForeign(path, content))
     throw inputFailure(path, *foreign);
   return readTextCloud(path, content);

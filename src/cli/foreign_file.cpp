@@ -42,7 +42,6 @@ constexpr Signature signatures[] = {
     {"LASF", "a LAS or LAZ file", by_pdal},
     {"ASTM-E57", "an E57 file", by_pdal},
     {"version https://git-lfs", "a Git LFS pointer, not the file itself", ": git lfs pull (package git-lfs)"},
-    {"# vtk DataFile", "a VTK file", ": pcl_vtk2pcd FILE NEW (package pcl-tools)"},
     {"#ROSBAG", "a ROS bag", "; write its clouds as PCD files first"},
     {"solid", "an STL mesh", from_stl},
     {"\xFF\xFE", "a text in UTF-16", ": iconv -f UTF-16 -t UTF-8 FILE > NEW"},
@@ -63,11 +62,10 @@ std::string filledIn(std::string text, const Names& names)
   return text;
 }
 
-/// A shell command that puts a header before a file's data.
-std::string
-headerCommand(const std::string& fields, const std::string& data, const std::string& body, const Names& names)
+/// The command that makes a PCD file of lines of text.
+std::string headerCommand(const std::string& lines)
 {
-  return ": (printf 'FIELDS " + fields + "\\nDATA " + data + "\\n'; " + body + ") > " + names.new_file;
+  return ": (printf 'FIELDS x y z\\nDATA ascii\\n'; " + lines + ") > NEW";
 }
 
 /// Lines "v x y z", in the first of the file or behind comments and names of materials.
@@ -100,12 +98,6 @@ std::optional<std::string> verticesOfOff(std::string_view content)
   return std::nullopt;
 }
 
-bool looksBinary(std::string_view content)
-{
-  const std::string_view start = content.substr(0, 4096);
-  return start.find('\0') != std::string_view::npos;
-}
-
 } // namespace
 
 std::optional<std::string> describeForeign(const std::string& path, std::string_view content)
@@ -123,17 +115,13 @@ std::optional<std::string> describeForeign(const std::string& path, std::string_
     if (content.substr(0, signature.start.size()) == signature.start)
       return looksLike(signature.what, signature.remedy);
   if (const auto lines = verticesOfOff(content))
-    return looksLike("an OFF mesh",
-                     headerCommand("x y z", "ascii", "sed -n " + *lines + "p FILE | cut -d' ' -f1-3", names));
+    return looksLike("an OFF mesh", headerCommand("sed -n " + *lines + "p FILE | cut -d' ' -f1-3"));
   const std::string start = lowerCase(content.substr(0, 512));
   if (start.find("<html") != std::string::npos || start.find("<!doctype html") != std::string::npos)
     return looksLike("an HTML page, as a failed download leaves: download the file itself", "");
   const char first = start[std::min(start.find_first_not_of(" \t\r\n"), start.size())]; // a string ends with '\0'
   if (first == '<' || first == '{' || first == '[')
     return looksLike(first == '<' ? "XML" : "JSON", ", not points");
-  if (extension == ".bin" && looksBinary(content) && content.size() % 16 == 0)
-    return looksLike("a scan of KITTI, 4 floats a point",
-                     headerCommand("x y z intensity", "binary", "cat FILE", names));
   if (extension == ".stl")
     return looksLike("an STL mesh", from_stl);
   if (looksBinary(content))

@@ -61,4 +61,10 @@ std::string readFile(const std::string& path, std::size_t most)
   return content;
 }
 
+bool looksBinary(std::string_view content)
+{
+  constexpr std::size_t start = 4096; // bytes
+  return content.substr(0, start).find('\0') != std::string_view::npos;
+}
+
 } // namespace pcl_gpu_icp::cli

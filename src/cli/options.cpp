@@ -266,8 +266,9 @@ void addPairOptions(CLI::App& command, AlignmentOptions& options)
 void addAlignmentOptions(CLI::App& command, AlignmentOptions& options)
 {
   command
-      .add_option(
-          "SOURCE", options.source, "the cloud that is moved: .pcd, .ply or a text of points (.xyz, .csv, .pts, ...)")
+      .add_option("SOURCE",
+                  options.source,
+                  "the cloud that is moved: .pcd, .ply, a text of points (.xyz, .csv, .pts, ...), KITTI's .bin or .vtk")
       ->required()
       ->type_name("FILE");
   command.add_option("TARGET", options.target, "the cloud it is moved onto, as SOURCE")->required()->type_name("FILE");

@@ -7,6 +7,7 @@
 
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <string>
 #include <vector>
@@ -162,4 +163,85 @@ TEST(TextCloud, IsDoubleWhereFloatWouldLoseDigits)
   EXPECT_EQ(points, utm);
   EXPECT_FALSE(isDouble(read("100.5 200.25 3\n50 100 4\n0 0 0\n")));
   EXPECT_FALSE(isDouble(read("nan nan nan\n")));
+}
+
+namespace {
+
+std::string bytesOf(const std::vector<float>& values)
+{
+  std::string bytes(values.size() * sizeof(float), '\0');
+  std::memcpy(bytes.data(), values.data(), bytes.size());
+  return bytes;
+}
+
+} // namespace
+
+TEST(KittiScan, IsFourFloatsAPoint)
+{
+  const cli::Cloud cloud = read(bytesOf({1, 2, 3, 0, 4.5, -5, 6, 0.99F}), "a.BIN");
+  EXPECT_EQ(pointsOf(cloud), (Points{{1, 2, 3}, {4.5, -5, 6}}));
+  ASSERT_EQ(cloud.data.fields.size(), 4U);
+  EXPECT_EQ(cloud.data.fields[3].name, "intensity");
+  // Bytes that compressed files start with.
+  float like_gzip = 0;
+  std::memcpy(&like_gzip, "\x1F\x8B\x80\x3F", sizeof like_gzip);
+  EXPECT_EQ(pointsOf(read(bytesOf({like_gzip, 2, 3, 0}), "a.bin"))[0][0], static_cast<double>(like_gzip));
+}
+
+TEST(KittiScan, RefusesWhatCanBeNone)
+{
+  expectIn("a.bin: its 20 bytes are no multiple of 16; a .bin file is read as a scan of KITTI",
+           refusal(bytesOf({1, 2, 3, 0, 5}), "a.bin"));
+  // nuScenes, whose fifth number is the ring
+  expectIn("a.bin: point 3 has the intensity -2, and none is negative or not finite",
+           refusal(bytesOf({1, 2, 3, 9, 0, 4, 5, 6, 7, 1, -1, -2, 3, 8, 2, 1, 2, 3, 9, 3}), "a.bin"));
+  expectIn("has the intensity nan", refusal(bytesOf({0, 2, 3, NAN}), "a.bin"));
+  // Text, whose bytes are small positive floats
+  expectIn("a.bin: line 3: has 4 columns", refusal("1 2 3\n4 5 6\n7 8 9 10\n123456789", "a.bin"));
+}
+
+namespace {
+
+std::string vtk(const std::string& points, const std::string& encoding = "ASCII", const std::string& set = "POLYDATA")
+{
+  return "# vtk DataFile Version 3.0\nany title\n" + encoding + "\nDATASET " + set + "\nPOINTS " + points;
+}
+
+std::string vtkRefusal(const std::string& content) { return refusal(content, "a.vtk"); }
+
+} // namespace
+
+TEST(Vtk, PointsAreRead)
+{
+  Points expected = three;
+  for (const char* content :
+       {"3 double\n1 2 3\n4.5 -5 6e-3\n7 8 9\n",
+        "3 double\r\n1 2 3 4.5 -5 6e-3\r\n7 8 9",
+        "3 double\n1 2 3\n4.5 -5 6e-3\n7 8 9\n\nMETADATA\nINFORMATION 0\n\nVERTICES 1 4\n3 0 1 2\n"})
+    EXPECT_EQ(pointsOf(read(vtk(content), "a.vtk")), expected) << content;
+  const char big_endian[] = "\x3F\x80\0\0\x40\0\0\0\xC0\x40\0\0";
+  const std::string body(big_endian, sizeof big_endian - 1);
+  for (const char* behind : {"", "\n", "\nVERTICES 1 2\n", "\r\nCELLS"})
+    EXPECT_EQ(pointsOf(read(vtk("1 float\n" + body + behind, "BINARY", "UNSTRUCTURED_GRID"))), (Points{{1, 2, -3}}))
+        << behind;
+}
+
+TEST(Vtk, RefusalsSayWhatIsWrong)
+{
+  expectIn("neither ASCII nor BINARY", vtkRefusal(vtk("1 float\n1 2 3\n", "XML")));
+  expectIn("DATASET structured_points is not read", vtkRefusal(vtk("1 float\n1 2 3\n", "ASCII", "STRUCTURED_POINTS")));
+  expectIn("POINTS of the type int are not read", vtkRefusal(vtk("1 int\n1 2 3\n")));
+  expectIn("no whole number", vtkRefusal(vtk("many float\n1 2 3\n")));
+  expectIn("has no points", vtkRefusal(vtk("0 float\n")));
+  expectIn("point 2, y: 'five'", vtkRefusal(vtk("2 float\n1 2 3\n4 five 6\n")));
+  const std::string promise = "its POINTS are not as many as the 2 that it promises";
+  expectIn(promise, vtkRefusal(vtk("2 float\n1 2 3\n")));
+  expectIn(promise, vtkRefusal(vtk("2 float\n1.25 2.25 3.25\n4.5 5.5\n")));
+  expectIn(promise, vtkRefusal(vtk("2 float\n1 2 3\n4 5 6\n7 8 9\n")));
+  expectIn(promise, vtkRefusal(vtk("2 float\n" + std::string(23, 'a'), "BINARY")));
+  expectIn(promise, vtkRefusal(vtk("2 float\n" + std::string(24, 'a') + std::string(12, '\0'), "BINARY")));
+  expectIn("has no POINTS",
+           vtkRefusal("# vtk DataFile Version 3.0\n"
+                      "title\nASCII\nDATASET POLYDATA\nFIELD FieldData 1\n"));
+  expectIn("promises", vtkRefusal(vtk("100000000 double\n1 2 3\n")));
 }

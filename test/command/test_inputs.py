@@ -7,8 +7,8 @@ import struct
 import subprocess
 
 from command import (
-    INPUT, INTERNAL, PLY_XYZ, SANITIZED, XYZ, XYZ_DOUBLE, CommandTest, motion, moved, numbers, pcd, pcd_header, ply, read_ply,
-    surface)
+    INPUT, INTERNAL, PLY_XYZ, SANITIZED, XYZ, XYZ_DOUBLE, CommandTest, motion, moved, numbers, pcd, pcd_header, ply, read_pcd,
+    read_ply, surface)
 
 POINTS = surface()
 MOTION = motion(3, (0.05, -0.08, 0.04))
@@ -249,19 +249,17 @@ class ForeignFiles(CommandTest):
             ("a.obj", "# Blender\nmtllib a.mtl\n" + "".join("v %r %r %r\n" % p for p in POINTS), "OBJ", "pcl_obj2pcd "),
             ("a.stl", "solid x\nendsolid x\n", "STL", "pcl_converter "),
             ("a.stl", bytes(80) + struct.pack("<I", 1) + bytes(50), "STL", "pcl_converter "),
-            ("a.vtk", "# vtk DataFile Version 3.0\nx\nASCII\n", "VTK", "pcl_vtk2pcd "),
             ("a.pcd", "FIELDS x y z\n".encode("utf-16"), "UTF-16", "iconv "),
         ]:
             with self.subTest(name=name, words=words):
                 self.refuse(name, content, *words)
 
     def test_the_command_makes_a_cloud(self):
-        """Of meshes in text and raw floats a header makes a cloud: the command that is printed is run."""
-        kitti = b"".join(struct.pack("<4f", *p, 0.5) for p in POINTS)
+        """Of meshes in text a header makes a cloud: the command that is printed is run."""
         for name, content in [
             ("points.off", f"OFF\n{len(POINTS)} 1 0\n{self.ROWS}3 0 1 2\n"),
             ("points.off", f"OFF\n# by hand\n\n{len(POINTS)} 0 0\n{self.ROWS}"),
-            ("00001.bin", kitti), ("my points.off", f"OFF\n{len(POINTS)} 0 0\n{self.ROWS}"),
+            ("my points.off", f"OFF\n{len(POINTS)} 0 0\n{self.ROWS}"),
             ("it's.off", f"OFF\n{len(POINTS)} 0 0\n{self.ROWS}"),
         ]:
             with self.subTest(name):
@@ -313,6 +311,23 @@ class GoodInputs(CommandTest):
         for point, expected in zip(points, TARGET):
             self.assertLess(math.dist(point, expected), 1e-4)
         self.assert_read(rows(POINTS, "\t"))
+
+    def test_scans_of_kitti(self):
+        source, target = (self.write(name, b"".join(struct.pack("<4f", *p, 0.5) for p in points))
+                          for name, points in (("000001.bin", POINTS), ("000000.bin", TARGET)))
+        result = self.align(source, target, "-o", self.path("out.pcd"))
+        self.assert_maps(result["transform"], POINTS, TARGET, 1e-4)
+        header, points = read_pcd(self.path("out.pcd"))
+        self.assertEqual(header["FIELDS"], ["x", "y", "z", "intensity"])
+        self.assertEqual({point[3] for point in points}, {0.5})
+
+    def test_vtk(self):
+        start = f"# vtk DataFile Version 3.0\ntitle\n%s\nDATASET POLYDATA\nPOINTS {len(POINTS)} %s\n"
+        cells = f"VERTICES 1 {len(POINTS) + 1}\n"
+        self.assert_read(start % ("ASCII", "float") + "".join("%r %r %r\n" % p for p in POINTS) + cells)
+        for name, kind in (("float", "f"), ("double", "d")):
+            body = b"".join(struct.pack(">3" + kind, *p) for p in POINTS)
+            self.assert_read((start % ("BINARY", name)).encode() + body + b"\n" + cells.encode() + bytes(99))
 
     def test_texts_far_from_the_origin(self):
         offset = (512345.678, 5403210.987, 312.3)
