@@ -81,6 +81,45 @@ PLY = {
     "no_name": ply(properties="float x\nfloat y\nfloat z\nfloat", body=b"1 2 3 4\n4 5 6 7\n"),
 }
 
+TEXT = {
+    "rows": "1 2 3\n4 5 6\n",
+    "commas": "1,2,3\n4,5,6\n",
+    "semicolons": "X;Y;Z\r\n1;2;3\r\n4;5;6\r\n",
+    "tabs": "1\t2\t3\n",
+    "cloudcompare": "//X Y Z R G B\n2\n1 2 3 9 9 9\n4 5 6 9 9 9\n",
+    "pts": "2\n1 2 3 -900 10 20 30\n4 5 6 -900 10 20 30\n",
+    "named": '"id","Z","Y","X"\n1,3,2,1\n"a",6,5,4\n',
+    "comments": "# a\n\n  // b\n1 2 3\n#\n4 5 6",
+    "carriage_returns": "1 2 3\r4 5 6\r",
+    "mark": "\ufeffx y z\n1 2 3\n",
+    "guessed": "1 2 3 0.5\n4 5 6 tree\n",
+    "utm": "512345.678 5403210.987 312.3\n512346.678 5403211.987 313.3\n",
+    "spellings": "nan 1.#QNAN none\n+1 1d0 0x1p3\n1e999 -inf 1e-400\n",
+    "decimal_commas": "1,5;2,5;3,5\n",
+    "decimal_commas_between": "x,y,z\n1,5,2,5,3,5\n",
+    "empty_column": "x,y,z\n1,,3\n",
+    "short_row": "1 2 3\n4 5\n",
+    "promises": "18446744073709551615\n1 2 3\n",
+    "twice": "x,X,y,z\n1,2,3,4\n",
+    "nul": b"1 2 3\n4 5\0 6\n",
+    "only_separators": ",,;;,,\n",
+    "nothing": "#\n//\n",
+}
+
+VTK_START = "# vtk DataFile Version 3.0\nt\n%s\nDATASET POLYDATA\nPOINTS %s\n"
+VTK = {
+    "ascii": VTK_START % ("ASCII", "2 float") + "1 2 3\n4 5 6\n",
+    "cells": VTK_START % ("ASCII", "2 double") + "1 2 3 4 5 6\nVERTICES 1 3\n2 0 1\n",
+    "binary": (VTK_START % ("BINARY", "2 float")).encode() + struct.pack(">6f", 1, 2, 3, 4, 5, 6) + b"\nMETADATA\n",
+    "binary_double": (VTK_START % ("BINARY", "1 double")).encode() + struct.pack(">3d", 1, 2, 3),
+    "grid": (VTK_START % ("ASCII", "1 float") + "1 2 3\n").replace("POLYDATA", "UNSTRUCTURED_GRID"),
+    "promises": VTK_START % ("BINARY", "18446744073709551615 double"),
+    "too_few": VTK_START % ("ASCII", "2 float") + "1.25 2.25 3.25\n",
+    "too_many": VTK_START % ("ASCII", "1 float") + "1 2 3 4 5 6\n",
+    "structured": (VTK_START % ("ASCII", "1 float")).replace("POLYDATA", "STRUCTURED_POINTS"),
+    "start_only": "# vtk DataFile",
+}
+
 GUESSES = {
     "rows": IDENTITY,
     "one_line": IDENTITY.replace("\n", " "),
@@ -179,8 +218,8 @@ CLOUDS = {
     "data_like_a_header": b"\1flo\3\7\0\6\2\xff\xfe\xfd\xfcCOUNT" + bytes(range(255, -1, -1)) * 2,
 }
 
-SEEDS = {"pcd": PCD, "ply": PLY, "cloud": CLOUDS, "against_pcl": CLOUDS, "guess": GUESSES, "manifest_csv": CSV,
-         "manifest_jsonl": JSON, "results": RESULTS}
+SEEDS = {"pcd": PCD, "ply": PLY, "text": TEXT, "vtk": VTK, "cloud": CLOUDS, "against_pcl": CLOUDS, "guess": GUESSES,
+         "manifest_csv": CSV, "manifest_jsonl": JSON, "results": RESULTS}
 
 
 def main(directory):
