@@ -87,8 +87,8 @@ CloudPair timedRead(StageTimes& times, const AlignOptions& options, Files& files
     line.show("reading " + view::fileNameOf(path));
     const bool is_target = files.source.has_value();
     if (is_target && options.both.empty())
-      return readPrepared(path, options);
-    const Cloud& file = (is_target ? files.target : files.source).emplace(readCloud(path));
+      return std::make_shared<const PreparedCloud>(prepare(readCloudArgument(path), path, options));
+    const Cloud& file = (is_target ? files.target : files.source).emplace(readCloudArgument(path));
     return std::make_shared<const PreparedCloud>(prepare(file, path, options));
   });
 }

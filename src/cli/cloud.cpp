@@ -285,8 +285,8 @@ std::string whyNoNumber(std::string_view value, std::string_view rest_of_row, co
   if (commas == 0)
     return why;
   const bool decimal = commas == 1 && value.back() != ',' && (rest_of_row.find(',') != std::string_view::npos);
-  return why + (decimal ? "; for decimal commas: tr , . < " : "; for commas between values: tr , ' ' < ") +
-         shellWord(path) + " > NEW";
+  return why + (decimal ? "; for decimal commas: " + filtered("tr , .", path)
+                        : "; for commas between values: " + filtered("tr , ' '", path));
 }
 
 void widenCoordinates(Cloud& cloud, const std::string& path)

@@ -61,16 +61,17 @@ std::optional<CloudFormat> formatOf(const std::string& path)
   return std::nullopt;
 }
 
-Cloud readCloud(const std::string& path)
+Cloud readCloud(const std::string& path) { return parseCloud(path, readFile(path)); }
+
+Cloud readCloudArgument(const std::string& argument)
 {
-  const std::string content = readFile(path);
-  if (content.empty())
-    throw inputFailure(path, "is empty");
-  return parseCloud(path, content);
+  return argument == standard_input ? parseCloud(argument, readStandardInput()) : readCloud(argument);
 }
 
 Cloud parseCloud(const std::string& path, std::string_view content)
 {
+  if (content.empty())
+    throw inputFailure(path, "is empty");
   content = withoutByteOrderMark(content);
   if (isPly(content))
     return readPly(path, content);

@@ -17,6 +17,10 @@ std::optional<CloudFormat> formatOf(const std::string& path);
 /// name ends in .bin. \throws Failure (Input) that names the file and says what is wrong with it
 Cloud readCloud(const std::string& path);
 
+/// Reads the cloud that an argument names: such a file, or for "-" standard input.
+/// \throws Failure (Input)
+Cloud readCloudArgument(const std::string& argument);
+
 /// Reads the content of such a file.
 /// \throws Failure (Input), of a file of another format with what it looks like and what makes it a cloud
 Cloud parseCloud(const std::string& path, std::string_view content);

@@ -1,3 +1,4 @@
+#include "cli/cloud_file.h"
 #include "cli/cloud_pair.h"
 #include "cli/commands.h"
 #include "cli/compilation_notice.h"
@@ -223,7 +224,7 @@ ExitCode compare(const CompareOptions& options)
   LiveLine line(!options.quiet);
   const CloudPair pair = readPair(options, [&](const std::string& path) {
     line.show("reading " + view::fileNameOf(path));
-    return readPrepared(path, options);
+    return std::make_shared<const PreparedCloud>(prepare(readCloudArgument(path), path, options));
   });
   line.clear();
   if (!options.quiet)

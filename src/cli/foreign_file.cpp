@@ -108,7 +108,8 @@ std::optional<std::string> describeForeign(const std::string& path, std::string_
                     shellWord((name.parent_path() / name.stem()).string())};
   const std::string extension = lowerCase(name.extension().string());
   const auto looksLike = [&](const char* what, const std::string& remedy) {
-    return std::string("is of a format that is not read; it looks like ") + what + filledIn(remedy, names);
+    return std::string("is of a format that is not read; it looks like ") + what +
+           (path == standard_input ? "" : filledIn(remedy, names));
   };
   content = withoutByteOrderMark(content);
   for (const Signature& signature : signatures)

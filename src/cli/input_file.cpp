@@ -1,6 +1,7 @@
 #include "cli/input_file.h"
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <cerrno>
 #include <cstring>
@@ -59,6 +60,27 @@ std::string readFile(const std::string& path, std::size_t most)
   }
   content.resize(filled);
   return content;
+}
+
+std::string filtered(const std::string& filter, const std::string& path)
+{
+  return path == standard_input ? filter : filter + " < " + shellWord(path) + " > NEW";
+}
+
+std::string readStandardInput()
+{
+  std::string content;
+  std::array<char, 1 << 16> part;
+  for (;;) {
+    const ssize_t count = read(STDIN_FILENO, part.data(), part.size());
+    if (count < 0 && errno == EINTR)
+      continue;
+    if (count < 0)
+      throw inputFailure(std::string(standard_input), std::strerror(errno));
+    if (count == 0)
+      return content;
+    content.append(part.data(), static_cast<std::size_t>(count));
+  }
 }
 
 bool looksBinary(std::string_view content)

@@ -17,6 +17,16 @@ std::string shellWord(const std::string& text);
 /// \throws Failure (Input)
 std::string readFile(const std::string& path, std::size_t most = std::string::npos);
 
+/// How an argument names standard input, where that can be read.
+constexpr std::string_view standard_input = "-";
+
+/// What a filter does with a file, as a shell takes it.
+std::string filtered(const std::string& filter, const std::string& path);
+
+/// All of standard input.
+/// \throws Failure (Input)
+std::string readStandardInput();
+
 /// Whether a content is no text: near its start it has a NUL byte.
 bool looksBinary(std::string_view content);
 

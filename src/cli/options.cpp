@@ -1,6 +1,7 @@
 #include "cli/options.h"
 
 #include "cli/help.h"
+#include "cli/input_file.h"
 #include "cli/nearest_name.h"
 #include "cli/number.h"
 
@@ -268,10 +269,20 @@ void addAlignmentOptions(CLI::App& command, AlignmentOptions& options)
   command
       .add_option("SOURCE",
                   options.source,
-                  "the cloud that is moved: .pcd, .ply, a text of points (.xyz, .csv, .pts, ...), KITTI's .bin or .vtk")
+                  "the cloud that is moved: .pcd, .ply, a text of points (.xyz, .csv, .pts, ...), KITTI's .bin or "
+                  ".vtk; - reads standard input")
       ->required()
       ->type_name("FILE");
-  command.add_option("TARGET", options.target, "the cloud it is moved onto, as SOURCE")->required()->type_name("FILE");
+  command.add_option("TARGET", options.target, "the cloud it is moved onto, as SOURCE")
+      ->required()
+      ->check(CLI::Validator(
+          [&options](std::string& target) {
+            return target == standard_input && options.source == standard_input
+                       ? "SOURCE is standard input already, and it can be read once"
+                       : "";
+          },
+          ""))
+      ->type_name("FILE");
   addPairOptions(command, options);
   command
       .add_option("--device",

@@ -141,10 +141,7 @@ private:
     throw inputFailure(path_, "line " + std::to_string(line_number_) + ": " + why);
   }
 
-  std::string decimalAdvice() const
-  {
-    return "; its commas look like decimal commas: tr , . < " + shellWord(path_) + " > NEW";
-  }
+  std::string decimalAdvice() const { return "; its commas look like decimal commas: " + filtered("tr , .", path_); }
 
   /// Takes lines up to one that is neither blank nor a comment, which is kept in case it names the columns.
   /// \return whether there is one

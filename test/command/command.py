@@ -43,7 +43,7 @@ class CommandTest(unittest.TestCase):
     def run_command(self, *arguments, environment=None, **settings):
         done = subprocess.run(
             [COMMAND, *map(str, arguments)],
-            stdin=subprocess.DEVNULL,
+            **({} if "input" in settings else {"stdin": subprocess.DEVNULL}),
             stdout=settings.pop("stdout", subprocess.PIPE),
             stderr=settings.pop("stderr", subprocess.PIPE),
             env={**os.environ, **(environment or {})},

@@ -7,7 +7,7 @@ import struct
 import subprocess
 
 from command import (
-    INPUT, INTERNAL, PLY_XYZ, SANITIZED, XYZ, XYZ_DOUBLE, CommandTest, motion, moved, numbers, pcd, pcd_header, ply, read_pcd,
+    INPUT, INTERNAL, PLY_XYZ, SANITIZED, USAGE, XYZ, XYZ_DOUBLE, CommandTest, motion, moved, numbers, pcd, pcd_header, ply, read_pcd,
     read_ply, surface)
 
 POINTS = surface()
@@ -311,6 +311,39 @@ class GoodInputs(CommandTest):
         for point, expected in zip(points, TARGET):
             self.assertLess(math.dist(point, expected), 1e-4)
         self.assert_read(rows(POINTS, "\t"))
+
+    def test_standard_input(self):
+        """What it holds is told from its content."""
+        target = self.write("target.pcd", pcd(TARGET))
+        file = self.write("source.file", pcd(POINTS))
+        transform = self.align(file, target)["transform"]
+        text = "".join("%r %r %r\n" % p for p in POINTS)
+        for content in (pcd(POINTS).decode(), ply(POINTS).decode(), text):
+            with self.subTest(content[:10]):
+                result = self.checked(self.succeed("align", "-", target, "--json", "-", input=content))
+                self.assertEqual(result["source"], "-")
+                self.assertEqual(result["transform"], transform)
+        self.succeed("align", target, "-", "--both", self.path("both.ply"), input=text)
+        self.assertEqual(len(read_ply(self.path("both.ply"))[2]), 2 * len(POINTS))
+        self.succeed("compare", "-", target, input=text)
+
+    def test_standard_input_that_is_no_cloud(self):
+        target = self.write("target.pcd", pcd(TARGET))
+        self.fail_with(USAGE, "align", "-", "-", names=["TARGET", "standard input"], input="1 2 3\n")
+        self.fail_with(INPUT, "align", "-", target, names="-: is empty", input="")
+        self.fail_with(INPUT, "align", target, "-", names=["-: line 2: y: 'b' is not a number\n"], input="1 2 3\n1 b 3\n")
+        for content, end in [("X;Y;Z\n1,5;2;3\n", "decimal commas: tr , .\n"), ("#ROSBAG V2.0\n", "a ROS bag\n")]:
+            done = self.fail_with(INPUT, "align", "-", target, input=content)
+            self.assertTrue(done.stderr.endswith(end), done.stderr)
+
+    def test_a_file_named_as_standard_input(self):
+        """Its name in a manifest is no argument."""
+        target = self.write("target.pcd", pcd(TARGET))
+        self.write("-", pcd(POINTS))
+        self.write("pairs.csv", "source,target\n-,target.pcd\n")
+        self.succeed("align", "./-", target, cwd=self.directory)
+        done = self.run_command("batch", "pairs.csv", "-o", "out", cwd=self.directory)
+        self.assertEqual(done.returncode, 0, done)
 
     def test_scans_of_kitti(self):
         source, target = (self.write(name, b"".join(struct.pack("<4f", *p, 0.5) for p in points))
