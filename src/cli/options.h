@@ -29,7 +29,7 @@ struct AlignmentOptions {
   bool reciprocal = false;
   std::optional<double> trim;
   std::optional<bool> drop_zero_returns; ///< unset: where they are many
-  std::string preset; ///< a name; what it sets is in the members
+  std::string preset;                    ///< a name; what it sets is in the members
   Metric metric = Metric::Point;
   Loss loss;
   Motions motions = Motions::Rigid;
