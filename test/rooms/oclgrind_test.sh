@@ -25,7 +25,7 @@ check 130 "$kernels" --data-races --check-api
 check 2049 'FusedStages.CountEveryPairOnce/*:CentroidStage.SumsOfSmallIntegersAreExact/*' --data-races --check-api
 check 600 'PlaneStage.IncrementIsThatOfTheReferenceForEverySize/*' --data-races --check-api
 
-searching='PlaneMatching.*:GeneralizedIncrement.*:Objective.WithoutAScale*:NormalEstimation.AreThose*:NormalEstimation.WherePoints*'
+searching='PlaneMatching.*:SymmetricIncrement.*:GeneralizedIncrement.*:Objective.WithoutAScale*:NormalEstimation.AreThose*:NormalEstimation.WherePoints*'
 check 130 "Matching.EverySize*:NeighbourSearching.EverySize*:$searching" --data-races --check-api
 # oclgrind takes the halves of 16-wide vectors and what the host maps and writes for uninitialised in part, so the chunked
 # shape and the host's search are left out here.
