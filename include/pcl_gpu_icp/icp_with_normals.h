@@ -36,7 +36,7 @@ protected:
     if (!this->estimatesOnDevice() && typeid(estimation) == typeid(PclPlanes))
       this->setMetric(Metric::Plane);
     else if (this->getMetric() == Metric::Symmetric && !this->getEnforceSameDirectionNormals()) {
-      this->setMetric(Metric::Point); // with an estimator of another
+      this->setMetric(Metric::Point); // what an estimator of the caller's counts as
       this->setUseSymmetricObjective(true);
     }
     else if (typeid(estimation) == typeid(PclSymmetric) && this->getEnforceSameDirectionNormals())

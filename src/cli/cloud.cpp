@@ -222,6 +222,12 @@ void addField(Cloud& cloud, const std::string& path, const std::string& name, st
   data.point_step += static_cast<std::uint32_t>(count * fieldSize(type));
 }
 
+void addCoordinates(Cloud& cloud, const std::string& path, std::uint8_t type)
+{
+  for (const char* name : {"x", "y", "z"})
+    addField(cloud, path, name, type);
+}
+
 Stored storeNumber(std::string_view text, std::uint8_t type, std::uint8_t* to)
 {
   switch (type) {

@@ -64,6 +64,8 @@ std::size_t fieldSize(std::uint8_t type);
 /// Appends a field to the layout of the points.
 /// \throws Failure (Input) that names the bound, where there are too many fields or points get too wide
 void addField(Cloud& cloud, const std::string& path, const std::string& name, std::uint8_t type, std::size_t count = 1);
+/// x, y and z, of the same type.
+void addCoordinates(Cloud& cloud, const std::string& path, std::uint8_t type);
 
 enum class Stored { No, Nearly, Exactly };
 

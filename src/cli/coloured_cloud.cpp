@@ -34,8 +34,7 @@ Cloud colouredCloud(const std::vector<ColouredPart>& parts, const std::string& p
   }
 
   Cloud cloud;
-  for (const char* name : {"x", "y", "z"})
-    addField(cloud, path, name, is_double ? pcl::PCLPointField::FLOAT64 : pcl::PCLPointField::FLOAT32);
+  addCoordinates(cloud, path, is_double ? pcl::PCLPointField::FLOAT64 : pcl::PCLPointField::FLOAT32);
   addField(cloud, path, "rgb", pcl::PCLPointField::FLOAT32);
   const std::size_t step = cloud.data.point_step, most_bytes = std::numeric_limits<std::uint32_t>::max();
   if (points.size() > most_bytes / step)

@@ -1,5 +1,6 @@
 #include "cli/completion.h"
 
+#include "cli/command_names.h"
 #include "cli/option_values.h"
 
 namespace pcl_gpu_icp::cli {
@@ -8,23 +9,6 @@ namespace {
 std::string joined(const std::vector<std::string>& words, const char* between = " ")
 {
   return CLI::detail::join(words, between);
-}
-
-std::vector<std::string> optionsOf(const CLI::App& command)
-{
-  std::vector<std::string> all;
-  for (const CLI::Option* option : command.get_options())
-    for (const std::string& name : namesOf(*option))
-      all.push_back(name);
-  return all;
-}
-
-std::vector<std::string> commandsOf(const CLI::App& app)
-{
-  std::vector<std::string> names;
-  for (const CLI::App* command : app.get_subcommands({}))
-    names.push_back(command->get_name());
-  return names;
 }
 
 bool takesFiles(const CLI::App& command)

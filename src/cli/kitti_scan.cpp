@@ -12,8 +12,8 @@ namespace pcl_gpu_icp::cli {
 Cloud readKittiScan(const std::string& path, std::string_view content)
 {
   Cloud cloud;
-  for (const char* name : {"x", "y", "z", "intensity"})
-    addField(cloud, path, name, pcl::PCLPointField::FLOAT32);
+  addCoordinates(cloud, path, pcl::PCLPointField::FLOAT32);
+  addField(cloud, path, "intensity", pcl::PCLPointField::FLOAT32);
   const std::size_t step = cloud.data.point_step;
   const std::string expected = "; a .bin file is read as a scan of KITTI, of 4 floats a point: x, y, z, intensity";
   if (content.size() % step != 0)

@@ -1,5 +1,6 @@
 #include "cli/manual_page.h"
 
+#include "cli/command_names.h"
 #include "cli/help.h"
 #include "cli/option_values.h"
 

@@ -24,14 +24,4 @@ OptionValues valuesOf(const CLI::Option& option)
   return values;
 }
 
-std::vector<std::string> namesOf(const CLI::Option& option)
-{
-  std::vector<std::string> names;
-  for (const std::string& name : option.get_snames())
-    names.push_back("-" + name);
-  for (const std::string& name : option.get_lnames())
-    names.push_back("--" + name);
-  return names;
-}
-
 } // namespace pcl_gpu_icp::cli

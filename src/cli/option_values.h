@@ -17,7 +17,4 @@ struct OptionValues {
 
 OptionValues valuesOf(const CLI::Option& option);
 
-/// With their dashes, short ones first.
-std::vector<std::string> namesOf(const CLI::Option& option);
-
 } // namespace pcl_gpu_icp::cli

@@ -1,6 +1,7 @@
 #include "cli/pcd.h"
 
 #include "cli/input_file.h"
+#include "cli/line_reader.h"
 #include "cli/lower_case.h"
 #include "cli/number.h"
 
@@ -29,14 +30,9 @@ std::vector<std::string_view> words(std::string_view line, std::string_view sepa
   return result;
 }
 
-class Reader {
+class Reader : LineReader {
 public:
-  Reader(const std::string& path, std::string_view content)
-  : path_(path)
-  , rest_(content)
-  , line_end_(lineEnd(content))
-  {
-  }
+  using LineReader::LineReader;
 
   Cloud read()
   {
@@ -291,9 +287,6 @@ private:
     store.warn(path_);
   }
 
-  const std::string& path_;
-  std::string_view rest_;
-  char line_end_;
   std::string encoding_;
   Cloud cloud_;
 };

@@ -1,6 +1,7 @@
 #include "cli/ply.h"
 
 #include "cli/input_file.h"
+#include "cli/line_reader.h"
 #include "cli/lower_case.h"
 #include "cli/number.h"
 #include "cli/ply_format.h"
@@ -63,14 +64,9 @@ std::optional<std::size_t> posePlace(const Element& element)
   return found == std::size(pose_properties) ? std::optional(offset) : std::nullopt;
 }
 
-class Reader {
+class Reader : LineReader {
 public:
-  Reader(const std::string& path, std::string_view content)
-  : path_(path)
-  , rest_(content)
-  , line_end_(lineEnd(content))
-  {
-  }
+  using LineReader::LineReader;
 
   Cloud read()
   {
@@ -442,9 +438,6 @@ private:
     }
   }
 
-  const std::string& path_;
-  std::string_view rest_;
-  char line_end_;
   std::vector<Element> elements_;
   bool format_known_ = false;
   bool ascii_ = false;

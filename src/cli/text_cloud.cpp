@@ -2,6 +2,7 @@
 
 #include "cli/cloud_scale.h"
 #include "cli/input_file.h"
+#include "cli/line_reader.h"
 #include "cli/lower_case.h"
 #include "cli/number.h"
 
@@ -116,14 +117,9 @@ bool areFarFromOrigin(std::vector<std::array<double, 3>> points)
   return scale.magnitude > far * scale.extent;
 }
 
-class Reader {
+class Reader : LineReader {
 public:
-  Reader(const std::string& path, std::string_view content)
-  : path_(path)
-  , rest_(content)
-  , line_end_(lineEnd(content))
-  {
-  }
+  using LineReader::LineReader;
 
   Cloud read()
   {
@@ -267,8 +263,7 @@ private:
   {
     Cloud cloud;
     const bool are_far = areFarFromOrigin(points_);
-    for (const char* name : {"x", "y", "z"})
-      addField(cloud, path_, name, are_far ? pcl::PCLPointField::FLOAT64 : pcl::PCLPointField::FLOAT32);
+    addCoordinates(cloud, path_, are_far ? pcl::PCLPointField::FLOAT64 : pcl::PCLPointField::FLOAT32);
     cloud.setSize(points_.size(), 1, path_);
     cloud.data.data.resize(cloud.size() * cloud.data.point_step);
     const auto xyz = VectorField::find(cloud, {"x", "y", "z"});
@@ -281,9 +276,6 @@ private:
     return cloud;
   }
 
-  const std::string& path_;
-  std::string_view rest_;
-  char line_end_;
   std::string_view line_;
   std::size_t line_number_ = 0;
   bool has_line_ = false;

@@ -1,30 +1,11 @@
 #include "cli/usage_error.h"
 
+#include "cli/command_names.h"
 #include "cli/nearest_name.h"
 
 #include <algorithm>
 
 namespace pcl_gpu_icp::cli {
-namespace {
-
-std::vector<std::string> optionsOf(const CLI::App& command)
-{
-  std::vector<std::string> names;
-  for (const CLI::Option* option : command.get_options())
-    for (const std::string& name : option->get_lnames())
-      names.push_back("--" + name);
-  return names;
-}
-
-std::vector<std::string> commandsOf(const CLI::App& app)
-{
-  std::vector<std::string> names;
-  for (const CLI::App* command : app.get_subcommands({}))
-    names.push_back(command->get_name());
-  return names;
-}
-
-} // namespace
 
 std::string usageErrorText(const CLI::App& app, const CLI::ParseError& error)
 {

@@ -66,8 +66,7 @@ private:
     if (type != "float" && type != "double")
       fail("POINTS of the type " + type + " are not read; float and double are");
     nextLine(rest_); // to its end
-    for (const char* name : {"x", "y", "z"})
-      addField(cloud_, path_, name, type == "float" ? pcl::PCLPointField::FLOAT32 : pcl::PCLPointField::FLOAT64);
+    addCoordinates(cloud_, path_, type == "float" ? pcl::PCLPointField::FLOAT32 : pcl::PCLPointField::FLOAT64);
     cloud_.setSize(*count, 1, path_);
     constexpr std::size_t least_bytes_per_value = 2;
     if ((rest_.size() + 1) / least_bytes_per_value / axes < cloud_.size())

@@ -133,14 +133,17 @@ void Matcher::setTargetCovariances(const Points& covariances)
 void Matcher::setSourceNormals(const Points& normals)
 {
   Implementation& self = *implementation_;
-  const auto in_order = self.inSourceOrder<NORMAL_ROWS>(normals, "normals of the source");
+  const bool follow =
+      self.system && (self.system->metric() == Metric::Plane || self.system->metric() == Metric::Symmetric);
+  const auto in_order = self.inSourceOrder<NORMAL_ROWS>(normals, follow, "normals of the source");
   self.system->setSourceNormals(self.queue, in_order, self.source_rows);
 }
 
 void Matcher::setSourceCovariances(const Points& covariances)
 {
   Implementation& self = *implementation_;
-  const auto in_order = self.inSourceOrder<COVARIANCE_ROWS>(covariances, "covariances of the source");
+  const bool follow = self.system && self.system->metric() == Metric::Generalized;
+  const auto in_order = self.inSourceOrder<COVARIANCE_ROWS>(covariances, follow, "covariances of the source");
   self.system->setSourceCovariances(self.queue, in_order, self.source_rows);
 }
 

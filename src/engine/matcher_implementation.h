@@ -80,11 +80,12 @@ struct Matcher::Implementation {
   }
 
   /// `width` floats of each of the source's points, in the order of its rows.
+  /// \param follow whether those of the target are set
   /// \param whose what to call them
   template <std::size_t width>
-  std::vector<std::array<float, width>> inSourceOrder(const Points& values, const char* whose) const
+  std::vector<std::array<float, width>> inSourceOrder(const Points& values, bool follow, const char* whose) const
   {
-    if (!system)
+    if (!follow)
       throw InvalidArgument(std::string(whose) + " come after those of the target");
     for (const std::int32_t position : source_positions)
       requireOneEach(position, values.count, whose);

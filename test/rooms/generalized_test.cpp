@@ -1,16 +1,11 @@
 // Increments of Generalized ICP: those of a double reference, for all matches and for some of them, on every device,
 // kernel shape and precision.
 #include "covariance_rows.h"
-#include "device_cases.h"
-#include "engine/matcher_internals.h"
-#include "reference.h"
+#include "increment_cases.h"
 
 #include <pcl_gpu_icp/error.h>
 
 #include <Eigen/Cholesky>
-
-#include <cmath>
-#include <limits>
 
 namespace pcl_gpu_icp::test {
 
@@ -19,8 +14,6 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 namespace {
-
-constexpr float infinity = std::numeric_limits<float>::infinity();
 
 /// Of pairs (source[i], target[i]): the motion with the least sum of squared Mahalanobis distances. The pairs' weights
 /// are those at the identity.
@@ -60,7 +53,7 @@ Matrices covariances(Random& random, std::size_t n)
 
 } // namespace
 
-class GeneralizedIncrement : public OnDevice {
+class GeneralizedIncrement : public IncrementCases {
 protected:
   struct Pairs {
     Cloud source, target;
@@ -68,17 +61,15 @@ protected:
   };
 
   /// Turned by `angle`, with noise.
-  Pairs pairs(std::size_t n, double angle)
+  static Pairs pairs(std::size_t n, double angle)
   {
     Random random(static_cast<unsigned>(n));
     Pairs made{{}, lattice(n), covariances(random, n), covariances(random, n)};
-    made.source = moved(made.target, motion(random.direction(), angle, random.direction() * 0.05));
-    for (int i = 0; i < made.source.cols(); ++i)
-      made.source.col(i) += (random.direction() * 0.02).cast<float>();
+    made.source = turned(made.target, random, angle);
     return made;
   }
 
-  Matcher matcherOf(const Pairs& pairs)
+  static Matcher matcherOf(const Pairs& pairs)
   {
     Matcher matcher = makeMatcher(GetParam().device, GetParam().traits, GetParam().precision);
     const auto index = std::make_shared<search::NearestIndex>();
@@ -90,24 +81,15 @@ protected:
     return matcher;
   }
 
-  double tolerance() const { return GetParam().precision == Precision::Double ? 2e-6 : 2e-5; }
+  static Isometry3d referenceOf(const Pairs& pairs)
+  {
+    return generalizedReferenceOf(pairs.source, pairs.target, pairs.of_source, pairs.of_target);
+  }
 };
 
 TEST_P(GeneralizedIncrement, IsTheMinimumForTheMatchesForEverySize)
 {
-  for (const std::size_t n : GetParam().sizes(4000)) {
-    if (n < 12)
-      continue;
-    SCOPED_TRACE(n);
-    // At the corners 0.3, so that nothing else is nearer.
-    const Pairs p = pairs(n, 0.3 / std::cbrt(static_cast<double>(n)));
-    Matcher matcher = matcherOf(p);
-    const Matches found = matcher.match({}, infinity);
-    EXPECT_EQ(found.increment.pairs, n);
-    EXPECT_EQ(found.increment.degeneracy, Degeneracy::None);
-    const Isometry3d expected = generalizedReferenceOf(p.source, p.target, p.of_source, p.of_target);
-    EXPECT_LT(rmsDifference(isometryOf(found.increment.transform), expected, p.source), tolerance());
-  }
+  expectReferenceForEverySize(pairs, matcherOf, referenceOf);
 }
 
 TEST_P(GeneralizedIncrement, WeighsBySourceCovariancesAsThePoseTurnsThem)
@@ -122,7 +104,7 @@ TEST_P(GeneralizedIncrement, WeighsBySourceCovariancesAsThePoseTurnsThem)
   Matcher matcher = matcherOf(turned);
   const Matches found = matcher.match(transformOf(turn), infinity);
   EXPECT_EQ(found.increment.pairs, n);
-  const Isometry3d expected = generalizedReferenceOf(p.source, p.target, p.of_source, p.of_target);
+  const Isometry3d expected = referenceOf(p);
   EXPECT_LT(rmsDifference(isometryOf(found.increment.transform), expected, p.source), tolerance());
 }
 
@@ -131,15 +113,8 @@ TEST_P(GeneralizedIncrement, OfSomeMatchesIsTheMinimumForThem)
   const Pairs p = pairs(GetParam().affordable(600), 0.02);
   Matcher matcher = matcherOf(p);
   matcher.match({}, infinity);
-  std::vector<Correspondence> kept;
+  const auto [kept, columns] = everyThird(matcher);
   Pairs part;
-  std::vector<int> columns;
-  for (const Correspondence& c : matcher.correspondences({}))
-    if (c.source % 3 == 0) {
-      EXPECT_EQ(c.source, c.target);
-      kept.insert(kept.begin(), c); // in any order
-      columns.push_back(c.source);
-    }
   part.source.resize(3, columns.size());
   part.target.resize(3, columns.size());
   for (std::size_t i = 0; i < columns.size(); ++i) {
@@ -150,7 +125,7 @@ TEST_P(GeneralizedIncrement, OfSomeMatchesIsTheMinimumForThem)
   }
   const Estimate found = matcher.estimate(kept, {}).increment;
   EXPECT_EQ(found.pairs, kept.size());
-  const Isometry3d expected = generalizedReferenceOf(part.source, part.target, part.of_source, part.of_target);
+  const Isometry3d expected = referenceOf(part);
   EXPECT_LT(rmsDifference(isometryOf(found.transform), expected, p.source), tolerance());
   EXPECT_EQ(matcher.estimate({}, {}).increment.degeneracy, Degeneracy::Empty);
   EXPECT_THROW(matcher.estimate({{static_cast<std::int32_t>(p.source.cols()), 0, 0}}, {}), InvalidArgument);
@@ -164,6 +139,7 @@ TEST_P(GeneralizedIncrement, CovariancesOfAnotherSourceAreNotUsed)
   EXPECT_THROW(matcher.setSourceCovariances(viewOfRows(inRows(p.of_source))), InvalidArgument);
   EXPECT_THROW(matcher.estimate({}, {}), InvalidArgument);
   matcher = matcherOf(p);
+  EXPECT_THROW(matcher.setSourceNormals(viewOf(p.source)), InvalidArgument);
   PointCovariances few = inRows(p.of_source);
   few.pop_back();
   EXPECT_THROW(matcher.setSourceCovariances(viewOfRows(few)), InvalidArgument);

@@ -17,14 +17,6 @@ namespace pcl_gpu_icp::test {
 
 namespace {
 
-Cloud directions(Random& random, Eigen::Index n)
-{
-  Cloud normals(3, n);
-  for (Eigen::Index i = 0; i < n; ++i)
-    normals.col(i) = random.direction().cast<float>();
-  return normals;
-}
-
 PointCovariances covariancesAlong(const Cloud& directions)
 {
   NormalEstimator::Normals normals;
@@ -63,7 +55,7 @@ protected:
   // Blocks of 2048 points and of 256, the last of each not full.
   const Cloud target_ = random_.cloud(GetParam().affordable(7 * 1024 + 100));
   const Cloud source_ = moved(target_, motion({1, 2, 3}, 0.01, {0.05, -0.03, 0.02}));
-  const Cloud normals_ = directions(random_, target_.cols());
+  const Cloud normals_ = random_.directions(target_.cols());
 };
 
 TEST_P(Passes, OfBothPipelines)
@@ -91,7 +83,7 @@ TEST_P(Passes, OfMatching)
   const auto index = std::make_shared<search::NearestIndex>();
   index->build(viewOf(target_));
   const PointCovariances of_target = covariancesAlong(normals_);
-  const Cloud source_normals = directions(random_, source_.cols());
+  const Cloud source_normals = random_.directions(source_.cols());
   const PointCovariances of_source = covariancesAlong(source_normals);
   for (const bool device_searches : {false, true})
     for (const Metric metric : {Metric::Point, Metric::Plane, Metric::Symmetric, Metric::Generalized}) {

@@ -45,14 +45,6 @@ Isometry3d planeReferenceOf(const Cloud& source, const Cloud& target, const Clou
   return motion;
 }
 
-Cloud directions(Random& random, std::size_t n)
-{
-  Cloud normals(3, n);
-  for (int i = 0; i < normals.cols(); ++i)
-    normals.col(i) = random.direction().cast<float>();
-  return normals;
-}
-
 /// Points of an ellipsoid, which holds every motion fast, with their normals.
 struct Surface {
   Cloud points, normals;
@@ -88,7 +80,7 @@ TEST_P(PlaneStage, IncrementIsThatOfTheReferenceForEverySize)
       continue;
     SCOPED_TRACE("seed " + std::to_string(n));
     Random random(static_cast<unsigned>(n));
-    const Cloud target = random.cloud(n), normals = directions(random, n);
+    const Cloud target = random.cloud(n), normals = random.directions(n);
     Cloud source = moved(target, motion(random.direction(), 0.02, random.direction() * 0.1));
     for (int i = 0; i < source.cols(); ++i)
       source.col(i) += (random.direction() * 0.05).cast<float>();
@@ -200,10 +192,10 @@ TEST_P(PlaneStage, FreeMotionsAreCounted)
   EXPECT_EQ(freeMotions(sphere, sphere_normals), 3);
   EXPECT_EQ(freeMotions(cylinder, cylinder_normals), 2);
   const Cloud spot = Vector3d(1, 2, 3).cast<float>().replicate(1, n);
-  EXPECT_EQ(freeMotions(spot, directions(random, n)), 3) << "at one place only the translation is determined";
+  EXPECT_EQ(freeMotions(spot, random.directions(n)), 3) << "at one place only the translation is determined";
   EXPECT_EQ(freeMotions(random.cloud(n), Cloud::Zero(3, n)), 6);
-  EXPECT_EQ(freeMotions(random.cloud(1), directions(random, 1)), 5);
-  EXPECT_EQ(freeMotions(random.cloud(2), directions(random, 2)), 4);
+  EXPECT_EQ(freeMotions(random.cloud(1), random.directions(1)), 5);
+  EXPECT_EQ(freeMotions(random.cloud(2), random.directions(2)), 4);
 }
 
 TEST_P(PlaneStage, AnyPairsGiveARigidMotion)
@@ -215,7 +207,7 @@ TEST_P(PlaneStage, AnyPairsGiveARigidMotion)
     const Vector3d extents(random.count(0, 2), random.count(0, 2), random.count(0, 2));
     const Vector3d centre = seed % 4 == 3 ? Vector3d(4e3, -5e4, 100) : Vector3d(1, 0, -2);
     const Cloud target = random.cloud(n, extents, centre);
-    Cloud normals = directions(random, n);
+    Cloud normals = random.directions(n);
     // Of all directions, of one, of those in a plane, of none.
     const auto kind = random.count(0, 3);
     for (int i = 0; i < normals.cols(); ++i)

@@ -125,6 +125,14 @@ Cloud Random::cloud(std::size_t n, const Vector3d& half_extents, const Vector3d&
   return cloud;
 }
 
+Cloud Random::directions(std::size_t n)
+{
+  Cloud unit_vectors(3, n);
+  for (int i = 0; i < unit_vectors.cols(); ++i)
+    unit_vectors.col(i) = direction().cast<float>();
+  return unit_vectors;
+}
+
 Cloud lattice(std::size_t n)
 {
   const auto side = static_cast<int>(std::ceil(std::cbrt(static_cast<double>(n))));

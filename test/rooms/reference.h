@@ -82,6 +82,8 @@ public:
   /// Points within `half_extents` of `centre`.
   Cloud cloud(std::size_t n, const Eigen::Vector3d& half_extents, const Eigen::Vector3d& centre);
   Cloud cloud(std::size_t n) { return cloud(n, {10, 6, 3}, {1, -2, 3}); }
+  /// Unit vectors.
+  Cloud directions(std::size_t n);
 
   std::mt19937& generator() { return generator_; }
 

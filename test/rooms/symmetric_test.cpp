@@ -1,25 +1,20 @@
 // Increments of the symmetric objective: those of a double reference, for all matches and for some of them, on every
 // device, kernel shape and precision.
-#include "device_cases.h"
-#include "engine/matcher_internals.h"
-#include "reference.h"
+#include "increment_cases.h"
 
 #include <pcl_gpu_icp/error.h>
 
 #include <Eigen/QR>
 
-#include <cmath>
 #include <limits>
 
 namespace pcl_gpu_icp::test {
 
 using Eigen::Isometry3d;
-using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 namespace {
 
-constexpr float infinity = std::numeric_limits<float>::infinity();
 constexpr float not_a_number = std::numeric_limits<float>::quiet_NaN();
 
 struct Pairs {
@@ -46,28 +41,18 @@ Isometry3d symmetricReferenceOf(const Pairs& pairs)
   return Eigen::Translation3d(centre) * half * Eigen::Translation3d(x.tail<3>()) * half * Eigen::Translation3d(-centre);
 }
 
-Cloud directions(Random& random, std::size_t n)
-{
-  Cloud normals(3, n);
-  for (int i = 0; i < normals.cols(); ++i)
-    normals.col(i) = random.direction().cast<float>();
-  return normals;
-}
-
 /// A lattice and the same turned by `angle`, with noise; normals of any direction.
 Pairs pairsOf(std::size_t n, double angle)
 {
   Random random(static_cast<unsigned>(n));
-  Pairs made{{}, lattice(n), directions(random, n), directions(random, n)};
-  made.source = moved(made.target, motion(random.direction(), angle, random.direction() * 0.05));
-  for (int i = 0; i < made.source.cols(); ++i)
-    made.source.col(i) += (random.direction() * 0.02).cast<float>();
+  Pairs made{{}, lattice(n), random.directions(n), random.directions(n)};
+  made.source = turned(made.target, random, angle);
   return made;
 }
 
 } // namespace
 
-class SymmetricIncrement : public OnDevice {
+class SymmetricIncrement : public IncrementCases {
 protected:
   static Matcher matcherOf(const Pairs& pairs)
   {
@@ -80,25 +65,11 @@ protected:
     matcher.setSourceNormals(viewOf(pairs.of_source));
     return matcher;
   }
-
-  static double tolerance() { return GetParam().precision == Precision::Double ? 2e-6 : 2e-5; }
 };
 
 TEST_P(SymmetricIncrement, IsThatOfTheReferenceForEverySize)
 {
-  for (const std::size_t n : GetParam().sizes(4000)) {
-    if (n < 12)
-      continue;
-    SCOPED_TRACE(n);
-    // At the corners 0.3, so that nothing else is nearer.
-    const Pairs pairs = pairsOf(n, 0.3 / std::cbrt(static_cast<double>(n)));
-    Matcher matcher = matcherOf(pairs);
-    const Matches found = matcher.match({}, infinity);
-    EXPECT_EQ(found.increment.pairs, n);
-    EXPECT_EQ(found.increment.degeneracy, Degeneracy::None);
-    EXPECT_LT(rmsDifference(isometryOf(found.increment.transform), symmetricReferenceOf(pairs), pairs.source),
-              tolerance());
-  }
+  expectReferenceForEverySize(pairsOf, matcherOf, symmetricReferenceOf);
 }
 
 TEST_P(SymmetricIncrement, TurnsTheSourcesNormalsWithThePose)
@@ -153,14 +124,7 @@ TEST_P(SymmetricIncrement, OfSomeMatchesIsThatOfTheReferenceForThem)
   const Pairs pairs = pairsOf(GetParam().affordable(600), 0.002);
   Matcher matcher = matcherOf(pairs);
   matcher.match({}, infinity);
-  std::vector<Correspondence> kept;
-  std::vector<int> columns;
-  for (const Correspondence& c : matcher.correspondences({}))
-    if (c.source % 3 == 0) {
-      EXPECT_EQ(c.source, c.target);
-      kept.push_back(c);
-      columns.push_back(c.source);
-    }
+  const auto [kept, columns] = everyThird(matcher);
   const Pairs part{pairs.source(Eigen::all, columns),
                    pairs.target(Eigen::all, columns),
                    pairs.of_source(Eigen::all, columns),
@@ -176,6 +140,7 @@ TEST_P(SymmetricIncrement, NormalsOfAnotherSourceAreNotUsed)
   Matcher matcher = makeMatcher(GetParam().device, GetParam().traits, GetParam().precision);
   EXPECT_THROW(matcher.setSourceNormals(viewOf(pairs.of_source)), InvalidArgument);
   matcher = matcherOf(pairs);
+  EXPECT_THROW(matcher.setSourceCovariances(viewOf(pairs.of_source)), InvalidArgument);
   EXPECT_THROW(matcher.setSourceNormals(viewOf(Cloud(pairs.of_source.leftCols(99)))), InvalidArgument);
   matcher.match({}, infinity);
   matcher.setSource(viewOf(pairs.source));
