@@ -4,6 +4,7 @@
 #include <pcl_gpu_icp/device_share.h>
 #include <pcl_gpu_icp/motions.h>
 #include <pcl_gpu_icp/points.h>
+#include <pcl_gpu_icp/quality.h>
 #include <pcl_gpu_icp/rigid_transform.h>
 
 #include <cstddef>
@@ -20,6 +21,7 @@ struct PoseCandidate {
   /// From 0 to 1: of the source's points, and of the target's that the source would show, how near they are to the
   /// other cloud, each for itself (Geman-McClure) and the two multiplied.
   double score = 0;
+  Quality quality; ///< of the pose on the clouds as they are
 };
 
 struct PoseSearchResult {
@@ -27,8 +29,12 @@ struct PoseSearchResult {
                                     ///< points, or nothing fits anywhere
   std::size_t starts = 0;           ///< poses that were tried
 
-  /// Whether a pose far from the best one fits nearly as well, as where a cloud is symmetric.
-  PCL_GPU_ICP_API bool isAmbiguous() const;
+  /// A pose other than the best, of which nobody could tell from the clouds whether it is the right one: it fits nearly
+  /// as well, as where a cloud is symmetric, or plainly in part, as where both are a half of a room and its walls are
+  /// alike. null: there is none.
+  PCL_GPU_ICP_API const PoseCandidate* rival() const;
+
+  bool isAmbiguous() const { return rival() != nullptr; }
 };
 
 /// Where ICP starts when nothing is known of the pose: rotations spread evenly over all there are (Alexa,
@@ -54,7 +60,8 @@ public:
   /// default: nobody.
   void setShare(std::shared_ptr<DeviceShare> share) { share_ = std::move(share); }
 
-  /// \param guess which is tried as well; with fewer motions what they leave as it is comes from it
+  /// \param guess what it leads to is among the poses unless it fits nowhere; with fewer motions what they leave as it
+  /// is comes from it
   /// \throws DeviceError
   PoseSearchResult search(const Points& source, const Points& target, const RigidTransform& guess = {}) const;
 

@@ -30,6 +30,8 @@ std::size_t distance(const std::string& a, const std::string& b)
 
 } // namespace
 
+std::string proposal(const std::string& name) { return "; did you mean " + name + "?"; }
+
 std::string didYouMean(const std::string& mistyped, const std::vector<std::string>& names)
 {
   const std::string word = lowerCase(mistyped);
@@ -45,7 +47,7 @@ std::string didYouMean(const std::string& mistyped, const std::vector<std::strin
       least = apart;
     }
   }
-  return nearest ? "; did you mean " + *nearest + "?" : "";
+  return nearest ? proposal(*nearest) : "";
 }
 
 } // namespace pcl_gpu_icp::cli

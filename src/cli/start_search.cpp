@@ -2,27 +2,12 @@
 
 #include <pcl_gpu_icp/overlap_search.h>
 #include <pcl_gpu_icp/pose_search.h>
-#include <pcl_gpu_icp/quality.h>
 #include <pcl_gpu_icp/search/points_of.h>
 #include <pcl_gpu_icp/stopwatch.h>
 
 #include <utility>
 
 namespace pcl_gpu_icp::cli {
-namespace {
-
-/// Whether the points are as near the target at the second pose as at the first, or nearly so: scores alone, which go
-/// by voxels, are alike for two sides of a relief as well.
-bool fitsAsClosely(const Points& source, const Points& target, const PoseSearchResult& found)
-{
-  constexpr double nearly = 1.5, noise = 0.05; // spacings
-  const auto medianAt = [&](const PoseCandidate& pose) {
-    return qualityOf(source, target, pose.transform, pose.transform).median_distance;
-  };
-  return medianAt(found.poses[1]) <= nearly * medianAt(found.poses[0]) + noise;
-}
-
-} // namespace
 
 StartSearch::StartSearch(const Device& device, std::shared_ptr<DeviceShare> share, StageTimes& times, Progress progress)
 : device_(device)
@@ -58,7 +43,10 @@ std::optional<Start> StartSearch::fromAnywhere(const Start& start) const
   searched.score = found.poses[0].score;
   if (found.poses.size() > 1)
     searched.next_score = found.poses[1].score;
-  searched.is_ambiguous = found.isAmbiguous() && fitsAsClosely(source, target, found);
+  if (const PoseCandidate* rival = found.rival())
+    searched.rival = {rival->transform,
+                      report::differenceOf(rival->transform, pair.guess, pair.source->centroid),
+                      rival->quality.after.source};
   return result;
 }
 

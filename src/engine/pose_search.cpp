@@ -40,19 +40,54 @@ struct Round {
   bool to_planes;
 };
 
-void sortByScore(std::vector<PoseCandidate>& candidates)
+struct Candidate {
+  RigidTransform transform; ///< between the clouds about their pivots
+  double score = 0;
+  bool from_guess = false;
+};
+
+void sortByScore(std::vector<Candidate>& candidates)
 {
-  std::stable_sort(candidates.begin(), candidates.end(), [](const PoseCandidate& a, const PoseCandidate& b) {
-    return a.score > b.score;
-  });
+  std::stable_sort(
+      candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) { return a.score > b.score; });
+}
+
+/// Scores, which go by voxels, are alike for two sides of a relief as well: its points must be as near.
+bool fitsNearlyAsWell(const PoseCandidate& pose, const PoseCandidate& best)
+{
+  constexpr double nearly = 0.9, nearly_as_near = 1.5, noise = 0.05; // spacings
+  return pose.score > nearly * best.score &&
+         pose.quality.median_distance <= nearly_as_near * best.quality.median_distance + noise;
+}
+
+/// Of made rooms of which each cloud has a half, the right pose comes to 0.75 or more of what half a turn comes to.
+bool fitsPlainly(const PoseCandidate& pose, const PoseCandidate& best)
+{
+  constexpr double nearly = 0.7;
+  return judge(pose.quality).verdict == Verdict::Good && fitOf(pose.quality) > nearly * fitOf(best.quality);
+}
+
+/// The share, of one cloud or the other, that is in view of the other and not there.
+double unexplained(const PoseCandidate& pose)
+{
+  return 1 - std::min(pose.quality.after.source, pose.quality.after.target);
+}
+
+/// Whether the best explains all, and the pose does not.
+bool isRefuted(const PoseCandidate& pose, const PoseCandidate& best)
+{
+  constexpr double hardly_any = 0.05, more = 0.02;
+  return unexplained(best) <= hardly_any && unexplained(pose) > unexplained(best) + more;
 }
 
 } // namespace
 
-bool PoseSearchResult::isAmbiguous() const
+const PoseCandidate* PoseSearchResult::rival() const
 {
-  constexpr double nearly = 0.9;
-  return poses.size() > 1 && poses[1].score > nearly * poses[0].score;
+  for (std::size_t i = 1; i < poses.size(); ++i)
+    if ((fitsNearlyAsWell(poses[i], poses[0]) || fitsPlainly(poses[i], poses[0])) && !isRefuted(poses[i], poses[0]))
+      return &poses[i];
+  return nullptr;
 }
 
 PoseSearch::PoseSearch(const Device& device)
@@ -81,7 +116,7 @@ PoseSearchResult PoseSearch::search(const Points& source, const Points& target, 
   // The starts, between the clouds about their pivots.
   const RigidTransform start = placed.aboutPivots(guess);
   const auto from = centroidOf(coarse.source), onto = centroidOf(coarse.target);
-  std::vector<PoseCandidate> candidates{{start, 0}};
+  std::vector<Candidate> candidates{{start}};
   for (const auto& turn : turnsOf(motions_)) {
     RigidTransform turned;
     turned.rotation = compose({turn, {}}, start).rotation;
@@ -92,7 +127,7 @@ PoseSearchResult PoseSearch::search(const Points& source, const Points& target, 
         pose.translation[axis] = image[axis] - moved[axis];
       const RigidTransform motion =
           restricted(compose(pose, inverse(start)), motions_, start(from[0], from[1], from[2]));
-      candidates.push_back({compose(motion, start), 0});
+      candidates.push_back({compose(motion, start)});
     };
     add(from, onto);
     const std::array<double, 3> origin{-placed.source_pivot[0], -placed.source_pivot[1], -placed.source_pivot[2]};
@@ -152,14 +187,20 @@ PoseSearchResult PoseSearch::search(const Points& source, const Points& target, 
   };
   const auto keep = [&](std::size_t most, bool distinct) {
     constexpr double near_angle = 0.17; // 10 degrees
-    std::vector<PoseCandidate> kept;
-    for (const PoseCandidate& candidate : candidates) {
+    std::vector<Candidate> kept;
+    for (const Candidate& candidate : candidates) {
       const auto at = candidate.transform(from[0], from[1], from[2]);
-      const bool known = distinct && std::any_of(kept.begin(), kept.end(), [&](const PoseCandidate& other) {
-                           return angleBetween(candidate.transform, other.transform) < near_angle &&
-                                  distance(at, other.transform(from[0], from[1], from[2])) < 3 * coarse.voxel;
-                         });
-      if (!known && kept.size() < most)
+      const auto known =
+          distinct ? std::find_if(kept.begin(),
+                                  kept.end(),
+                                  [&](const Candidate& other) {
+                                    return angleBetween(candidate.transform, other.transform) < near_angle &&
+                                           distance(at, other.transform(from[0], from[1], from[2])) < 3 * coarse.voxel;
+                                  })
+                   : kept.end();
+      if (known != kept.end())
+        known->from_guess |= candidate.from_guess;
+      else if (kept.size() < most || candidate.from_guess)
         kept.push_back(candidate);
     }
     candidates = std::move(kept);
@@ -170,19 +211,24 @@ PoseSearchResult PoseSearch::search(const Points& source, const Points& target, 
   keep(after_first, false);
   bringNearer(coarse, {10, 2, false}, groups_of(after_second));
   keep(after_second, true);
-  bringNearer(fine, {15, 4, hasSurfaces(fine, motions_)}, 0);
-
+  candidates.push_back({start, 0, true}); // from where steps on coarse clouds may have led away
+  const bool to_planes = hasSurfaces(fine, motions_);
   TwoWayScore score(device_, fine, 4 * fine.voxel, share_);
-  for (PoseCandidate& candidate : candidates)
-    candidate.score = score(candidate.transform);
-  sortByScore(candidates);
-  keep(after_third, true);
-  candidates.erase(
-      std::remove_if(candidates.begin(), candidates.end(), [](const PoseCandidate& c) { return !(c.score > 0); }),
-      candidates.end());
-  for (PoseCandidate& candidate : candidates)
-    candidate.transform = placed.betweenClouds(candidate.transform);
-  result.poses = std::move(candidates);
+  const auto rank = [&] {
+    for (Candidate& candidate : candidates)
+      candidate.score = score(candidate.transform);
+    sortByScore(candidates);
+    keep(after_third, true);
+  };
+  bringNearer(fine, {15, 4, to_planes}, groups_of(after_third));
+  rank();
+  bringNearer(fine, {10, 1, to_planes}, 0);
+  rank();
+  for (const Candidate& candidate : candidates)
+    if (candidate.score > 0) {
+      const RigidTransform pose = placed.betweenClouds(candidate.transform);
+      result.poses.push_back({pose, candidate.score, qualityOf(source, target, guess, pose)});
+    }
   return result;
 }
 

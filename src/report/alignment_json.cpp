@@ -33,9 +33,13 @@ Json guessJson(const AlignmentReport& report)
   if (!report.searched_guess)
     return {};
   const SearchedGuess& guess = *report.searched_guess;
+  Json rival;
+  if (guess.rival)
+    rival = {{"transform", matrixJson(guess.rival->transform)}, {"near", guess.rival->near}};
   return {{"starts", guess.starts},
           {"score", guess.score},
-          {"next_score", guess.next_score ? Json(*guess.next_score) : Json()}};
+          {"next_score", guess.next_score ? Json(*guess.next_score) : Json()},
+          {"rival", rival}};
 }
 
 Json triedJson(const std::vector<TriedStart>& tried)

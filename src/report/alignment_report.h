@@ -1,5 +1,7 @@
 #pragma once
 
+#include "report/difference.h"
+
 #include <pcl_gpu_icp/result.h>
 #include <pcl_gpu_icp/rigid_transform.h>
 
@@ -21,12 +23,19 @@ struct PointCounts {
   std::size_t used = 0;
 };
 
+/// A pose beside the one taken, which fits as well for all that can be told from the clouds.
+struct RivalPose {
+  RigidTransform transform; ///< source to target
+  Difference difference;    ///< from the one taken
+  double near = 0;          ///< share of the source's points within three spacings of the target
+};
+
 /// What a search for the guess came to.
 struct SearchedGuess {
   std::size_t starts = 0; ///< poses that were tried
   double score = 0;       ///< of the one taken, from 0 to 1
   std::optional<double> next_score;
-  bool is_ambiguous = false; ///< the next fits nearly as well
+  std::optional<RivalPose> rival;
 };
 
 /// What a search for what the clouds have in common came to.

@@ -1,5 +1,7 @@
 #pragma once
 
+#include "report/difference.h"
+
 #include <pcl_gpu_icp/result.h>
 #include <pcl_gpu_icp/rigid_transform.h>
 
@@ -21,11 +23,6 @@ struct Run {
   RigidTransform transform;            ///< source to target, in the coordinates of the files
 };
 
-struct Difference {
-  double degrees = 0; ///< angle of the rotation from one transform to the other
-  double metres = 0;  ///< distance between the two images of the source's centroid, in the unit of the files
-};
-
 struct ComparisonReport {
   std::string source; ///< file names as given
   std::string target;
@@ -45,8 +42,6 @@ struct ComparisonReport {
   std::optional<Difference> difference() const; ///< nothing where stock has no answer
   bool agree() const;
 };
-
-Difference differenceOf(const RigidTransform& a, const RigidTransform& b, const std::array<double, 3>& centroid);
 
 /// What became of stock PCL.
 std::string stockText(const ComparisonReport& report);

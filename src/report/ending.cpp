@@ -130,10 +130,12 @@ Ending endingOf(const AlignmentReport& report)
     return Ending::TooCoarse;
   if (degeneracyOf(result) != Degeneracy::None && !report.takes_undetermined)
     return Ending::Undetermined;
-  const bool at_limit = result.reason == Reason::Iterations;
-  if (at_limit && changeOfDistance(report) > 0)
-    return Ending::GotWorse;
   const Verdict verdict = judgementOfPose(report).verdict;
+  const bool at_limit = result.reason == Reason::Iterations;
+  // A metric of surfaces, or a loss, gives up some of the points' nearness for surfaces that lie on each other.
+  const bool lies_well = verdict == Verdict::Good && result.quality && result.quality->surfaces;
+  if (at_limit && changeOfDistance(report) > 0 && !lies_well)
+    return Ending::GotWorse;
   if (verdict == Verdict::Wrong)
     return Ending::Wrong;
   if (verdict == Verdict::Doubtful && report.only_good)

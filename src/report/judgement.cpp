@@ -12,6 +12,8 @@ namespace {
 
 Json numberOrNull(double value) { return std::isfinite(value) ? Json(value) : Json(); }
 
+bool hasRival(const AlignmentReport& report) { return report.searched_guess && report.searched_guess->rival; }
+
 Json overlapJson(double before, double after) { return {{"before", before}, {"after", after}}; }
 
 } // namespace
@@ -25,10 +27,15 @@ Judgement judgementOfPose(const AlignmentReport& report)
   };
   if (degeneracyOf(report.result) != Degeneracy::None)
     doubt("not determined: " + undeterminedText(report.result));
-  if (judgement.verdict != Verdict::Wrong && report.searched_guess && report.searched_guess->is_ambiguous)
-    doubt(format("two poses fit, with scores of %.2g and %.2g",
-                 report.searched_guess->score,
-                 *report.searched_guess->next_score));
+  if (judgement.verdict != Verdict::Wrong && hasRival(report)) {
+    const RivalPose& rival = *report.searched_guess->rival;
+    doubt(
+        format("two poses fit: another, %.0f degrees and %.3g from this one, has %.0f %% of the source's points within "
+               "three spacings of the target",
+               rival.difference.degrees,
+               rival.difference.metres,
+               100 * rival.near));
+  }
   return judgement;
 }
 
@@ -58,6 +65,8 @@ std::vector<std::string> adviceFor(const AlignmentReport& report)
   };
   if (!has(&TriedStart::searched))
     advice.push_back("--guess auto searches for where to start");
+  if (hasRival(report))
+    advice.push_back("--guess with a rough pose, where one is known, tells which of the two is right");
   if (result.reason == Reason::Iterations && result.iterations == report.iteration_limit)
     advice.push_back("--iterations allows more of them: these were the last allowed");
   if (report.max_distance && result.inliers == result.source_points)

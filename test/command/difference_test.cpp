@@ -1,4 +1,4 @@
-#include "report/comparison_report.h"
+#include "report/difference.h"
 
 #include <gtest/gtest.h>
 

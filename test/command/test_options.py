@@ -237,16 +237,19 @@ class Options(CommandTest):
         done = self.run_command("align", source, source, "--guess", "auto", "--json", "-")
         result = self.checked(done.stdout)
         self.assertEqual(result["verdict"], "doubtful")
-        self.assertIn("two poses fit, with scores of", result["reasons"][0])
+        self.assertRegex(result["reasons"][0], r"^two poses fit: another, \d+ degrees and \S+ from this one, has 100 %")
+        self.assertEqual(result["searched_guess"]["rival"]["near"], 1)
+        self.assertNotEqual(result["searched_guess"]["rival"]["transform"], result["transform"])
+        self.assertIn("--guess with a rough pose, where one is known, tells which of the two is right", result["advice"])
 
     def test_guess_auto_takes_points(self):
         few = self.write("few.pcd", pcd([(1, 2, 3)] * 50))
         self.fail_with(INPUT, "align", few, self.target, "--guess", "auto", names=["few.pcd", "--guess auto"])
-        # Heaps in a row and heaps in a ring have two places in common.
-        heap = sampled_surface(200, seed=5)
-        row = [(x + 20 * i, y, z) for i in range(6) for x, y, z in heap]
-        ring = [(x + 47 * math.cos(a * a), y + 47 * math.sin(a * a), z) for a in range(6) for x, y, z in heap]
-        arguments = ["align", self.write("row.pcd", pcd(row)), self.write("ring.pcd", pcd(ring)), "--guess", "auto"]
+        # The shell of a box in which there is room for all of the hills.
+        grid = range(-6, 7, 2)
+        shell = [p for i in grid for j in grid for f in (-6, 6) for p in ((f, i, j), (i, f, j), (i, j, f))]
+        hills = self.write("hills.pcd", pcd(sampled_surface(600, seed=5)))
+        arguments = ["align", self.write("shell.pcd", pcd(shell)), hills, "--guess", "auto"]
         self.fail_with(NOT_CONVERGED, *arguments, names="the pose is wrong")
         self.fail_with(USAGE, "compare", few, self.target, "--guess", "auto", names="--guess auto")
 

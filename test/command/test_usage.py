@@ -48,6 +48,13 @@ class Usage(CommandTest):
             (["batch", "m.csv", "-o", "out", "--policy", "fiof"], "fifo"),
             (["compare", "a.pcd", "b.pcd", "--stok-limit", "3"], "--stock-limit"),
             (["--verison"], "--version"),
+            # What other programs call it.
+            ([*pair, "-v"], "--verbose"),
+            ([*pair, "--voxel", "0.1"], "--leaf"),
+            ([*pair, "--downsample=0.1"], "--leaf"),
+            ([*pair, "--init", "guess.txt"], "--guess"),
+            ([*pair, "--method", "gicp"], "--metric"),
+            (["batch", "m.csv", "-o", "out", "--max-iter", "9"], "--iterations"),
             (["algin", "a.pcd", "b.pcd"], "align"),
         ]:
             with self.subTest(arguments):
@@ -59,6 +66,8 @@ class Usage(CommandTest):
             (["align", "a.pcd", "b.pcd", "--metric", "magic"], "magic is not gicp|plane|point|symmetric (see"),
             (["compare", "a.pcd", "b.pcd", "--" + "x" * 100000], "there is no option --xxx"),
             (["dance"], "there is no subcommand dance (see"),
+            (["devices", "--voxel", "0.1"], "there is no option --voxel (see"),  # it has no --leaf
+            (["align", "a.pcd", "b.pcd", "-q"], "there is no option -q (see"),
         ]:
             self.assertNotIn("did you mean", self.fail_with(USAGE, *arguments, names=named).stderr)
 

@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace pcl_gpu_icp::test {
@@ -41,6 +42,54 @@ double degreesOff(const RigidTransform& found, const Isometry3d& expected)
 double metresOff(const RigidTransform& found, const Isometry3d& expected, const Cloud& source)
 {
   return rmsDifference(isometryOf(found), expected, source);
+}
+
+/// A room of 8 by 6 metres with a table, a cupboard and two boxes, whose walls are alike, without its ceiling.
+Cloud room(Random& random, std::size_t n)
+{
+  struct Box {
+    Vector3d centre, half;
+    std::size_t points;
+  };
+  const Box boxes[] = {{{0, 0, 1.5}, {4, 3, 1.5}, n},
+                       {{0.3, 0.8, 0.4}, {0.7, 0.4, 0.4}, n / 20},
+                       {{-0.5, -1.2, 1}, {0.05, 0.6, 1}, n / 30},
+                       {{2.5, -2, 0.5}, {0.4, 0.5, 0.5}, n / 30},
+                       {{-3, 1.5, 0.6}, {0.5, 0.3, 0.6}, n / 30}};
+  std::vector<Vector3d> points;
+  for (const Box& box : boxes) {
+    const Vector3d& h = box.half;
+    const double faces[] = {h.y() * h.z(), h.x() * h.z(), h.x() * h.y()};
+    for (std::size_t i = 0; i < box.points; ++i) {
+      double place = random.uniform(0, faces[0] + faces[1] + faces[2]);
+      int across = 0;
+      while (across < 2 && place > faces[across])
+        place -= faces[across++];
+      Vector3d point(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1));
+      point[across] = std::copysign(1, point[across]);
+      constexpr double ceiling = 2.9, noise = 0.004;
+      const Vector3d at = box.centre + point.cwiseProduct(h);
+      if (at.z() < ceiling)
+        points.push_back(at + noise * Vector3d(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)));
+    }
+  }
+  Cloud cloud(3, points.size());
+  for (int i = 0; i < cloud.cols(); ++i)
+    cloud.col(i) = points[static_cast<std::size_t>(i)].cast<float>();
+  return cloud;
+}
+
+/// What of the cloud has side * x below the limit.
+Cloud cut(const Cloud& cloud, double side, double limit)
+{
+  std::vector<int> kept;
+  for (int i = 0; i < cloud.cols(); ++i)
+    if (side * cloud(0, i) < limit)
+      kept.push_back(i);
+  Cloud part(3, kept.size());
+  for (std::size_t i = 0; i < kept.size(); ++i)
+    part.col(static_cast<int>(i)) = cloud.col(kept[i]);
+  return part;
 }
 
 class PoseSearching : public testing::Test {
@@ -127,6 +176,30 @@ TEST_F(PoseSearching, SaysWhatIsSymmetric)
   };
   const Cloud target = box(5000), source = moved(box(5000), random.motion(3));
   EXPECT_TRUE(poses.search(viewOf(source), viewOf(target)).isAmbiguous());
+}
+
+TEST_F(PoseSearching, SaysThatHalvesOfARoomFitInTwoWays)
+{
+  // Half a turn puts one half onto the other, and more points onto each other than the truth does.
+  const Isometry3d truth = motion({0, 0, 1}, 0.09, {0.25, 0.15, 0});
+  for (const double shared : {1.2, 2.0}) {
+    SCOPED_TRACE(shared);
+    const Cloud target = cut(room(random, 12000), -1, shared);
+    const Cloud source = moved(cut(room(random, 12000), 1, shared), truth.inverse());
+    const PoseSearchResult found = poses.search(viewOf(source), viewOf(target));
+    ASSERT_TRUE(found.isAmbiguous());
+    EXPECT_GT(degreesOff(found.poses[0].transform, truth), 90); // what is found is wrong
+    EXPECT_EQ(judge(found.poses[0].quality).verdict, Verdict::Good);
+    EXPECT_TRUE(std::any_of(found.poses.begin(), found.poses.end(), [&](const PoseCandidate& pose) {
+      return degreesOff(pose.transform, truth) < 2 && metresOff(pose.transform, truth, source) < 0.1;
+    }));
+  }
+  // All of it fits in one.
+  const PoseSearchResult whole =
+      poses.search(viewOf(moved(room(random, 12000), truth.inverse())), viewOf(room(random, 12000)));
+  ASSERT_FALSE(whole.poses.empty());
+  EXPECT_LT(degreesOff(whole.poses[0].transform, truth), 2);
+  EXPECT_FALSE(whole.isAmbiguous());
 }
 
 TEST_F(PoseSearching, HasTheSameBitsHoweverManyRunAtATime)
