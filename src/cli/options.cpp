@@ -54,8 +54,10 @@ void addPreset(CLI::App& command, AlignmentOptions& options)
         continue;
       if (command.get_option("--metric")->count() == 0)
         options.metric = metric;
-      if (command.get_option("--loss")->count() == 0)
+      if (command.get_option("--loss")->count() == 0) {
         options.loss = {loss};
+        options.loss_is_of_preset = true;
+      }
     }
   });
 }

@@ -61,7 +61,7 @@ std::optional<Start> StartSearch::fromOverlap(const Start& start) const
   if (found.ways == 0)
     return std::nullopt;
   pair.guess = found.transform;
-  if (!result.options.loss.weighs())
+  if (!result.options.loss.weighs() || result.options.loss_is_of_preset)
     result.options.loss = {LossFunction::GemanMcClure, found.quality.spacing};
   result.found_overlap = {found.quality.after.source, found.ways};
   return result;

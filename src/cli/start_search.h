@@ -35,7 +35,7 @@ public:
   /// What PoseSearch finds, whatever the guess. None where a cloud has too few points or nothing fits.
   std::optional<Start> fromAnywhere(const Start& start) const;
 
-  /// What OverlapSearch makes of the guess, and with it a loss of one spacing where there is none. None where a cloud
+  /// What OverlapSearch makes of the guess, and with it a loss of one spacing unless one was given. None where a cloud
   /// has too few points.
   std::optional<Start> fromOverlap(const Start& start) const;
 

@@ -70,6 +70,15 @@ class Starts(BatchTest):
                 with self.assertRaises(AssertionError):
                     self.assert_maps(once["transform"], common, where, 10 * close)
 
+    def test_the_loss_of_a_preset_gives_way_to_that_of_what_overlaps(self):
+        common = [point for point in sampled_surface(300, seed=3) if -0.8 < point[0] < 0.2]
+        where = [moved(NEAR, point) for point in common]
+        result, tried, taken = self.tried("left.pcd", "right.pcd", "--preset", "lidar")
+        self.assertEqual((taken, result["loss"]["function"]), ("what they have in common", "geman-mcclure"))
+        self.assert_maps(result["transform"], common, where, 0.05)
+        given, _, _ = self.tried("left.pcd", "right.pcd", "--metric", "plane", "--loss", "huber")
+        self.assertEqual(given["loss"]["function"], "huber")
+
     def test_what_is_not_determined_is_not_taken_from_elsewhere(self):
         result, _, taken = self.tried("line.pcd", "line.pcd", "--metric", "plane")
         self.assertEqual((taken, result["ending"]), ("the guess", "undetermined"))
