@@ -135,7 +135,7 @@ protected:
   /// the covariances themselves, one for each point of a cloud, where they are given.
   struct CovarianceSettings {
     unsigned neighbours = NormalEstimator::default_neighbours;
-    double epsilon = 0.001;
+    double epsilon = surface_epsilon;
     PointCovariances of_source, of_target;
   };
   virtual CovarianceSettings covarianceSettings() const { return {}; }

@@ -12,6 +12,9 @@ namespace pcl_gpu_icp {
 /// Symmetric 3x3: xx xy xz yy yz zz.
 using PointCovariances = std::vector<std::array<float, 6>>;
 
+/// What the covariance of a point on a surface has along its normal, for 1 within: PCL's GICP.
+constexpr double surface_epsilon = 0.001;
+
 /// Covariances of points on a surface (Segal, Haehnel and Thrun 2009): 1 within it and `epsilon` along its normal,
 /// I - (1 - epsilon) n n^T; where there is no normal I.
 /// \param normals unit vectors of either sign; NaN: none

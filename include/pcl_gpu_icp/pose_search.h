@@ -31,8 +31,8 @@ struct PoseSearchResult {
 
   /// A pose other than the best, of which nobody could tell from the clouds whether it is the right one: it fits nearly
   /// as well, as where a cloud is symmetric, or plainly in part, as where both are a half of a room and its walls are
-  /// alike. null: there is none.
-  PCL_GPU_ICP_API const PoseCandidate* rival() const;
+  /// alike. Of several the one with the greatest fitOf(); null: there is none. It is one of `poses`.
+  PCL_GPU_ICP_API const PoseCandidate* rival() const&;
 
   bool isAmbiguous() const { return rival() != nullptr; }
 };

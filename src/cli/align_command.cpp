@@ -200,10 +200,7 @@ ExitCode align(const AlignOptions& options)
   const bool lacks_outputs = !isAnswer(endingOf(report)) && (outputs.cloud || outputs.both || outputs.matrix);
   writeResults(outputs, files, report, options);
   if (outputs.png || outputs.page)
-    drawResults(outputs,
-                report,
-                shownPair(pair, {{"before", pair.inFileCoordinates(pair.guess)}, {"after", report.transform}}),
-                errors);
+    drawResults(outputs, report, shownPair(pair, posesOf(report, pair)), errors);
   // Only now that all are on the disk may any take its name.
   for (const auto* file : outputs.all())
     if (*file)

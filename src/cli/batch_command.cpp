@@ -150,6 +150,7 @@ public:
       throw Failure(
           interruptedBy(signal_),
           report::format("interrupted with %zu of %zu pairs left; --resume goes on", report.left(), report.pairs));
+    report.arguments = argumentsOfThisRun();
     report.options = given;
     write(report);
     if (!options_.quiet && warned_ > 0)

@@ -67,6 +67,26 @@ RigidTransform CloudPair::inFileCoordinates(const RigidTransform& transform) con
   return recentred(transform, from, to);
 }
 
+namespace {
+
+/// The rival is the one that an alignment did not end at.
+/// \param radius of the source
+void orderByDistance(report::SearchedGuess& searched,
+                     const RigidTransform& end,
+                     const std::array<double, 3>& centroid,
+                     double radius)
+{
+  constexpr double radians_per_degree = 0.017453292519943295769;
+  const auto away = [&](const report::FoundPose& pose) {
+    const report::Difference difference = report::differenceOf(pose.transform, end, centroid);
+    return difference.metres + difference.degrees * radians_per_degree * radius;
+  };
+  if (searched.rival && away(*searched.rival) < away(searched.found))
+    std::swap(searched.found, *searched.rival);
+}
+
+} // namespace
+
 void describe(report::AlignmentReport& report,
               const AlignmentOptions& options,
               const CloudPair& pair,
@@ -76,8 +96,11 @@ void describe(report::AlignmentReport& report,
   report.takes_undetermined = options.undetermined != Undetermined::Fail;
   report.iteration_limit = options.iterations;
   report.max_distance = options.max_distance;
+  report.centroid = pair.source->centroid;
   report.guess = pair.inFileCoordinates(pair.guess);
   report.transform = pair.inFileCoordinates(transform);
+  if (report.searched_guess)
+    orderByDistance(*report.searched_guess, report.transform, pair.source->centroid, pair.source->extent / 2);
   report.warnings = pair.warnings;
   report.resolution = pair.source->extent * std::numeric_limits<float>::epsilon();
   report.source_points = pair.source->counts;

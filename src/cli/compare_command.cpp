@@ -235,6 +235,7 @@ ExitCode compare(const CompareOptions& options)
   const Device device = Device::select(options.device);
 
   report::ComparisonReport report;
+  report.arguments = argumentsOfThisRun();
   report.source = options.source;
   report.target = options.target;
   report.source_points = pair.source->points->size();

@@ -9,12 +9,22 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <stdexcept>
 
 namespace pcl_gpu_icp::cli {
 namespace {
 
 using Rotation = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>;
+
+/// What a matrix is called where Python prints it, as in array([[1., 0.], [0., 1.]], dtype=float32).
+constexpr std::string_view array_names[] = {"array", "np.array", "numpy.array", "tensor"};
+
+bool isOfAnArray(std::string_view word)
+{
+  return std::find(std::begin(array_names), std::end(array_names), word) != std::end(array_names) ||
+         word.rfind("dtype=", 0) == 0;
+}
 
 bool isNumber(const std::string& text) { return parseNumber<double>(text).has_value(); }
 
@@ -25,6 +35,8 @@ std::vector<double> numbersOf(std::string_view text)
     std::string_view line = nextLine(text);
     line = line.substr(0, line.find('#'));
     for (auto word = nextWord(line, number_separators); !word.empty(); word = nextWord(line, number_separators)) {
+      if (isOfAnArray(word))
+        continue;
       const auto value = parseNumber<double>(word);
       if (!value || !std::isfinite(*value)) {
         std::string shown(word.substr(0, 40));
@@ -127,7 +139,10 @@ bool namesFile(const std::string& argument)
     return false;
   std::string_view words(argument);
   words.remove_prefix(std::min(words.find_first_not_of(number_separators), words.size()));
-  return !parseNumber<double>(nextWord(words, " \t\r\n,;")); // "[0]pose.txt" is a name
+  const bool is_array = std::any_of(std::begin(array_names), std::end(array_names), [words](std::string_view name) {
+    return words.rfind(std::string(name) + "(", 0) == 0;
+  });
+  return !is_array && !parseNumber<double>(nextWord(words, " \t\r\n,;")); // "[0]pose.txt" is a name
 }
 
 RigidTransform parseGuess(std::string_view text)

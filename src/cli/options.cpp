@@ -54,10 +54,8 @@ void addPreset(CLI::App& command, AlignmentOptions& options)
         continue;
       if (command.get_option("--metric")->count() == 0)
         options.metric = metric;
-      if (command.get_option("--loss")->count() == 0) {
+      if (!options.loss_is_given)
         options.loss = {loss};
-        options.loss_is_of_preset = true;
-      }
     }
   });
 }
@@ -187,7 +185,10 @@ void addPairOptions(CLI::App& command, AlignmentOptions& options)
   command
       .add_option_function<std::string>(
           "--loss",
-          [&options](const std::string& text) { options.loss = parseLoss(text); },
+          [&options](const std::string& text) {
+            options.loss = parseLoss(text);
+            options.loss_is_given = true;
+          },
           "make pairs that are far apart pull less, with a scale (a distance; for gicp a number) as in cauchy:0.1; "
           "without one it follows from the median of each iteration's residuals (default: none)")
       ->type_name(CLI::detail::join(lossNames(), "|") + "[:SCALE]")

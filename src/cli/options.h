@@ -32,7 +32,7 @@ struct AlignmentOptions {
   std::string preset;                    ///< a name; what it sets is in the members
   Metric metric = Metric::Point;
   Loss loss;
-  bool loss_is_of_preset = false; ///< it gives way to the one that goes with a pose found by what the clouds share
+  bool loss_is_given = false; ///< by --loss, and not a preset's or none
   Motions motions = Motions::Rigid;
   Undetermined undetermined = Undetermined::Fail;
   bool strict = false;

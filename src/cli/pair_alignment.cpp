@@ -30,7 +30,8 @@ AlignmentOptions withEpsilons(const AlignmentOptions& options, const CloudPair& 
 /// Whether no other start could come to more.
 bool isSettled(const report::AlignmentReport& report)
 {
-  return endingOf(report) == report::Ending::TooCoarse || judgementOf(report).verdict == Verdict::Good;
+  return endingOf(report) == report::Ending::TooCoarse || judgementOf(report).verdict == Verdict::Good ||
+         isDoubtedForRivalAlone(report);
 }
 
 bool isBetter(const report::AlignmentReport& report, const report::AlignmentReport& other)

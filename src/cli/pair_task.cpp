@@ -56,11 +56,7 @@ BatchResult PairTask::align(DeviceLane& lane)
   report.source = pair_->identity.source;
   report.target = pair_->identity.target;
   if (shown_points_ > 0)
-    shown_ = {pair_->identity.pair,
-              shownPair(clouds,
-                        {{"before", clouds.inFileCoordinates(clouds.guess)}, {"after", report.transform}},
-                        shown_points_),
-              std::move(errors)};
+    shown_ = {pair_->identity.pair, shownPair(clouds, posesOf(report, clouds), shown_points_), std::move(errors)};
   BatchResult result;
   result.alignment = report.result;
   report_ = std::move(report);

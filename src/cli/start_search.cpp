@@ -1,13 +1,24 @@
 #include "cli/start_search.h"
 
 #include <pcl_gpu_icp/overlap_search.h>
+#include <pcl_gpu_icp/point_covariances.h>
 #include <pcl_gpu_icp/pose_search.h>
 #include <pcl_gpu_icp/search/points_of.h>
 #include <pcl_gpu_icp/stopwatch.h>
 
+#include <cmath>
 #include <utility>
 
 namespace pcl_gpu_icp::cli {
+namespace {
+
+/// What a distance across a surface is to the metric.
+double residualOf(double distance, Metric metric)
+{
+  return metric == Metric::Generalized ? distance / std::sqrt(2 * surface_epsilon) : distance;
+}
+
+} // namespace
 
 StartSearch::StartSearch(const Device& device, std::shared_ptr<DeviceShare> share, StageTimes& times, Progress progress)
 : device_(device)
@@ -43,10 +54,12 @@ std::optional<Start> StartSearch::fromAnywhere(const Start& start) const
   searched.score = found.poses[0].score;
   if (found.poses.size() > 1)
     searched.next_score = found.poses[1].score;
+  const auto inFiles = [&pair](const PoseCandidate& pose) {
+    return report::FoundPose{pair.inFileCoordinates(pose.transform), pose.quality.after.source};
+  };
+  searched.found = inFiles(found.poses[0]);
   if (const PoseCandidate* rival = found.rival())
-    searched.rival = {rival->transform,
-                      report::differenceOf(rival->transform, pair.guess, pair.source->centroid),
-                      rival->quality.after.source};
+    searched.rival = inFiles(*rival);
   return result;
 }
 
@@ -61,8 +74,8 @@ std::optional<Start> StartSearch::fromOverlap(const Start& start) const
   if (found.ways == 0)
     return std::nullopt;
   pair.guess = found.transform;
-  if (!result.options.loss.weighs() || result.options.loss_is_of_preset)
-    result.options.loss = {LossFunction::GemanMcClure, found.quality.spacing};
+  if (!result.options.loss_is_given)
+    result.options.loss = {LossFunction::GemanMcClure, residualOf(found.quality.spacing, result.options.metric)};
   result.found_overlap = {found.quality.after.source, found.ways};
   return result;
 }

@@ -32,7 +32,7 @@ public:
   /// \param times gets how long searches took, as "guess" and "overlap"
   StartSearch(const Device& device, std::shared_ptr<DeviceShare> share, StageTimes& times, Progress progress = {});
 
-  /// What PoseSearch finds, whatever the guess. None where a cloud has too few points or nothing fits.
+  /// What PoseSearch finds. None where a cloud has too few points or nothing fits.
   std::optional<Start> fromAnywhere(const Start& start) const;
 
   /// What OverlapSearch makes of the guess, and with it a loss of one spacing unless one was given. None where a cloud

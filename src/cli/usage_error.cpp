@@ -19,7 +19,8 @@ bool isOption(const std::string& argument)
 /// What is called so by other programs that align; empty: nothing.
 std::string ourNameOf(const std::string& name)
 {
-  static const std::map<std::string, std::string> ours{{"-v", "--verbose"},
+  static const std::map<std::string, std::string> ours{{"-q", "--quiet"},
+                                                       {"-v", "--verbose"},
                                                        {"-i", "--iterations"},
                                                        {"--max-iter", "--iterations"},
                                                        {"--max-iterations", "--iterations"},
@@ -52,8 +53,8 @@ std::string usageErrorText(const CLI::App& app, const CLI::ParseError& error)
     const std::string name = option->substr(0, option->find('='));
     const auto options = optionsOf(command);
     const std::string ours = ourNameOf(name);
-    const bool is_of_another = std::find(options.begin(), options.end(), ours) != options.end();
-    return "there is no option " + name + (is_of_another ? proposal(ours) : didYouMean(name, options));
+    const bool has_ours = std::find(options.begin(), options.end(), ours) != options.end();
+    return "there is no option " + name + (has_ours ? proposal(ours) : didYouMean(name, options));
   }
   if (chosen.empty() && !unknown.empty())
     return "there is no subcommand " + unknown.front() + didYouMean(unknown.front(), commandsOf(app));

@@ -1,6 +1,7 @@
 #include <pcl_gpu_icp/pose_search.h>
 
 #include "pose_starts.h"
+#include "qualities.h"
 #include "search/bulk.h"
 #include "search/voxels.h"
 #include "thin_target.h"
@@ -82,12 +83,16 @@ bool isRefuted(const PoseCandidate& pose, const PoseCandidate& best)
 
 } // namespace
 
-const PoseCandidate* PoseSearchResult::rival() const
+const PoseCandidate* PoseSearchResult::rival() const&
 {
-  for (std::size_t i = 1; i < poses.size(); ++i)
-    if ((fitsNearlyAsWell(poses[i], poses[0]) || fitsPlainly(poses[i], poses[0])) && !isRefuted(poses[i], poses[0]))
-      return &poses[i];
-  return nullptr;
+  const PoseCandidate* rival = nullptr;
+  for (std::size_t i = 1; i < poses.size(); ++i) {
+    const PoseCandidate& pose = poses[i];
+    if ((fitsNearlyAsWell(pose, poses[0]) || fitsPlainly(pose, poses[0])) && !isRefuted(pose, poses[0]) &&
+        (!rival || fitOf(pose.quality) > fitOf(rival->quality)))
+      rival = &pose;
+  }
+  return rival;
 }
 
 PoseSearch::PoseSearch(const Device& device)
@@ -207,9 +212,9 @@ PoseSearchResult PoseSearch::search(const Points& source, const Points& target, 
   };
 
   constexpr std::size_t after_first = 200, after_second = 40, after_third = 8;
-  bringNearer(coarse, {5, 4, false}, groups_of(after_first) + groups_of(after_second));
+  bringNearer(coarse, {5, 4, false}, groups_of(after_first) + groups_of(after_second) + groups_of(after_third));
   keep(after_first, false);
-  bringNearer(coarse, {10, 2, false}, groups_of(after_second));
+  bringNearer(coarse, {10, 2, false}, groups_of(after_second) + groups_of(after_third));
   keep(after_second, true);
   candidates.push_back({start, 0, true}); // from where steps on coarse clouds may have led away
   const bool to_planes = hasSurfaces(fine, motions_);
@@ -224,11 +229,15 @@ PoseSearchResult PoseSearch::search(const Points& source, const Points& target, 
   rank();
   bringNearer(fine, {10, 1, to_planes}, 0);
   rank();
+  candidates.erase(
+      std::remove_if(candidates.begin(), candidates.end(), [](const Candidate& c) { return !(c.score > 0); }),
+      candidates.end());
+  std::vector<RigidTransform> poses;
   for (const Candidate& candidate : candidates)
-    if (candidate.score > 0) {
-      const RigidTransform pose = placed.betweenClouds(candidate.transform);
-      result.poses.push_back({pose, candidate.score, qualityOf(source, target, guess, pose)});
-    }
+    poses.push_back(placed.betweenClouds(candidate.transform));
+  const std::vector<Quality> qualities = qualitiesOf(source, target, guess, poses);
+  for (std::size_t i = 0; i < poses.size(); ++i)
+    result.poses.push_back({poses[i], candidates[i].score, qualities[i]});
   return result;
 }
 

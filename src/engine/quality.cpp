@@ -1,6 +1,7 @@
 #include <pcl_gpu_icp/quality.h>
 
 #include "box.h"
+#include "qualities.h"
 #include "sampled_cloud.h"
 #include "search/bulk.h"
 #include "search/surroundings.h"
@@ -260,25 +261,37 @@ double fitOf(const Quality& quality)
   return quality.concentration * quality.surfaces->alike * std::max(0.0, 1 - quality.surfaces->distance) * overlap;
 }
 
+std::vector<Quality> qualitiesOf(const Points& source,
+                                 const Points& target,
+                                 const RigidTransform& guess,
+                                 const std::vector<RigidTransform>& poses,
+                                 unsigned threads)
+{
+  threads = effectiveThreads(threads);
+  const SampledCloud from(source, search::Bulk(source).median(), threads);
+  const SampledCloud onto(target, search::Bulk(target).median(), threads);
+  std::vector<Quality> qualities(poses.size());
+  constexpr std::size_t fewest_points = 6; // as a surface has
+  if (!(from.spacing > 0 && onto.spacing > 0) || std::min(from.points.size(), onto.points.size()) < fewest_points)
+    return qualities;
+  const PosedPair pair(from, onto, threads);
+  const RigidTransform start = recentred(guess, from.pivot, onto.pivot);
+  const OverlapShares before = pair.overlap(start, pair.ontoTarget<Nearby>(placesOf(from.samples, start)));
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    qualities[i].spacing = onto.spacing;
+    qualities[i].before = before;
+    pair.measure(recentred(poses[i], from.pivot, onto.pivot), qualities[i]);
+  }
+  return qualities;
+}
+
 Quality qualityOf(const Points& source,
                   const Points& target,
                   const RigidTransform& guess,
                   const RigidTransform& pose,
                   unsigned threads)
 {
-  threads = effectiveThreads(threads);
-  const SampledCloud from(source, search::Bulk(source).median(), threads);
-  const SampledCloud onto(target, search::Bulk(target).median(), threads);
-  Quality quality;
-  constexpr std::size_t fewest_points = 6; // as a surface has
-  if (!(from.spacing > 0 && onto.spacing > 0) || std::min(from.points.size(), onto.points.size()) < fewest_points)
-    return quality;
-  quality.spacing = onto.spacing;
-  const PosedPair pair(from, onto, threads);
-  const RigidTransform start = recentred(guess, from.pivot, onto.pivot);
-  quality.before = pair.overlap(start, pair.ontoTarget<Nearby>(placesOf(from.samples, start)));
-  pair.measure(recentred(pose, from.pivot, onto.pivot), quality);
-  return quality;
+  return qualitiesOf(source, target, guess, {pose}, threads).front();
 }
 
 } // namespace pcl_gpu_icp

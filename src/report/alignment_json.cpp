@@ -6,8 +6,6 @@
 #include "report/matrix.h"
 #include "report/uncertainty_report.h"
 
-#include <pcl_gpu_icp/version.h>
-
 namespace pcl_gpu_icp::report {
 namespace {
 
@@ -108,7 +106,7 @@ Json alignmentJson(const AlignmentReport& report)
 
 std::string toJson(const AlignmentReport& report)
 {
-  Json json{{"version", PCL_GPU_ICP_VERSION}, {"arguments", report.arguments}};
+  Json json = documentOf(report.arguments);
   json.update(alignmentJson(report));
   return dump(json);
 }

@@ -23,10 +23,9 @@ struct PointCounts {
   std::size_t used = 0;
 };
 
-/// A pose beside the one taken, which fits as well for all that can be told from the clouds.
-struct RivalPose {
-  RigidTransform transform; ///< source to target
-  Difference difference;    ///< from the one taken
+/// A pose that a search found.
+struct FoundPose {
+  RigidTransform transform; ///< source to target, in the coordinates of the files
   double near = 0;          ///< share of the source's points within three spacings of the target
 };
 
@@ -35,7 +34,8 @@ struct SearchedGuess {
   std::size_t starts = 0; ///< poses that were tried
   double score = 0;       ///< of the one taken, from 0 to 1
   std::optional<double> next_score;
-  std::optional<RivalPose> rival;
+  FoundPose found;                ///< the one taken
+  std::optional<FoundPose> rival; ///< another, which fits as well for all that can be told from the clouds
 };
 
 /// What a search for what the clouds have in common came to.
@@ -59,6 +59,7 @@ struct AlignmentReport {
   PointCounts source_points;
   PointCounts target_points;
   AlignmentResult result;
+  std::array<double, 3> centroid{};            ///< of the source
   RigidTransform guess;                        ///< source to target, in the coordinates of the files, and
   RigidTransform transform;                    ///< where that ended
   std::optional<SearchedGuess> searched_guess; ///< none: the guess was given

@@ -106,7 +106,7 @@ std::string toText(const BatchReport& report)
 
 std::string toJson(const BatchReport& report)
 {
-  Json json;
+  Json json = documentOf(report.arguments);
   json["complete"] = report.left() == 0;
   json["pairs"] = report.pairs;
   json["converged"] = report.converged;

@@ -33,6 +33,7 @@ struct TrajectoryReport {
 
 /// What a whole batch came to.
 struct BatchReport {
+  std::vector<std::string> arguments; ///< of the command, and before them its name
   std::optional<Shard> shard;
   std::string results; ///< the file
   std::size_t pairs = 0;

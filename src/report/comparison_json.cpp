@@ -25,7 +25,7 @@ Json differenceJson(const Difference& difference)
 
 Json comparisonJson(const ComparisonReport& report)
 {
-  Json json;
+  Json json = documentOf(report.arguments);
   json["source"] = report.source;
   json["target"] = report.target;
   json["points"] = {{"source", report.source_points}, {"target", report.target_points}};

@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace pcl_gpu_icp::report {
 
@@ -24,7 +25,8 @@ struct Run {
 };
 
 struct ComparisonReport {
-  std::string source; ///< file names as given
+  std::vector<std::string> arguments; ///< of the command, and before them its name
+  std::string source;                 ///< file names as given
   std::string target;
   std::size_t source_points = 0; ///< used
   std::size_t target_points = 0;

@@ -133,8 +133,8 @@ Ending endingOf(const AlignmentReport& report)
   const Verdict verdict = judgementOfPose(report).verdict;
   const bool at_limit = result.reason == Reason::Iterations;
   // A metric of surfaces, or a loss, gives up some of the points' nearness for surfaces that lie on each other.
-  const bool lies_well = verdict == Verdict::Good && result.quality && result.quality->surfaces;
-  if (at_limit && changeOfDistance(report) > 0 && !lies_well)
+  const bool surfaces_lie_well = liesWell(report) && result.quality->surfaces;
+  if (at_limit && changeOfDistance(report) > 0 && !surfaces_lie_well)
     return Ending::GotWorse;
   if (verdict == Verdict::Wrong)
     return Ending::Wrong;

@@ -9,8 +9,8 @@ namespace pcl_gpu_icp::report {
 /// What an alignment came to: exit codes, the status of a batch's pairs and what is said of them follow from it.
 enum class Ending {
   Converged,
-  AtLimit,      ///< the iterations ended before they converged, no farther from the target than at the guess
-  GotWorse,     ///< they ended before they converged, farther from the target than at the guess
+  AtLimit,      ///< the iterations ended before they converged
+  GotWorse,     ///< and farther from the target than at the guess, where surfaces do not lie on each other well
   Undetermined, ///< the matched points leave motions free
   Wrong,        ///< they ended at a pose that judge() calls wrong
   Doubtful,     ///< or doubtful, where only a good one counts

@@ -3,10 +3,12 @@
 #include "report/matrix.h"
 
 #include <pcl_gpu_icp/device.h>
+#include <pcl_gpu_icp/version.h>
 
 #include <nlohmann/json.hpp>
 
 #include <string>
+#include <vector>
 
 namespace pcl_gpu_icp::report {
 
@@ -19,6 +21,13 @@ inline std::string dump(const Json& json) { return json.dump(2, ' ', false, Json
 inline std::string dumpLine(const Json& json)
 {
   return json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+/// What each document begins with.
+/// \param arguments of the command, and before them its name
+inline Json documentOf(const std::vector<std::string>& arguments)
+{
+  return {{"version", PCL_GPU_ICP_VERSION}, {"arguments", arguments}};
 }
 
 /// The device as every report names it.

@@ -1,5 +1,6 @@
 #include "report/judgement.h"
 
+#include "report/difference.h"
 #include "report/ending.h"
 #include "report/format.h"
 
@@ -12,11 +13,21 @@ namespace {
 
 Json numberOrNull(double value) { return std::isfinite(value) ? Json(value) : Json(); }
 
-bool hasRival(const AlignmentReport& report) { return report.searched_guess && report.searched_guess->rival; }
-
 Json overlapJson(double before, double after) { return {{"before", before}, {"after", after}}; }
 
+bool hasRival(const AlignmentReport& report) { return report.searched_guess && report.searched_guess->rival; }
+
 } // namespace
+
+bool liesWell(const AlignmentReport& report)
+{
+  return report.result.quality && judge(*report.result.quality).verdict == Verdict::Good;
+}
+
+bool isDoubtedForRivalAlone(const AlignmentReport& report)
+{
+  return hasRival(report) && liesWell(report) && degeneracyOf(report.result) == Degeneracy::None;
+}
 
 Judgement judgementOfPose(const AlignmentReport& report)
 {
@@ -28,12 +39,13 @@ Judgement judgementOfPose(const AlignmentReport& report)
   if (degeneracyOf(report.result) != Degeneracy::None)
     doubt("not determined: " + undeterminedText(report.result));
   if (judgement.verdict != Verdict::Wrong && hasRival(report)) {
-    const RivalPose& rival = *report.searched_guess->rival;
+    const FoundPose& rival = *report.searched_guess->rival;
+    const Difference difference = differenceOf(rival.transform, report.transform, report.centroid);
     doubt(
         format("two poses fit: another, %.0f degrees and %.3g from this one, has %.0f %% of the source's points within "
                "three spacings of the target",
-               rival.difference.degrees,
-               rival.difference.metres,
+               difference.degrees,
+               difference.metres,
                100 * rival.near));
   }
   return judgement;
@@ -65,13 +77,14 @@ std::vector<std::string> adviceFor(const AlignmentReport& report)
   };
   if (!has(&TriedStart::searched))
     advice.push_back("--guess auto searches for where to start");
-  if (hasRival(report))
-    advice.push_back("--guess with a rough pose, where one is known, tells which of the two is right");
+  if (verdict == Verdict::Doubtful && hasRival(report))
+    advice.push_back("--guess with a rough pose, where one is known, decides between them");
   if (result.reason == Reason::Iterations && result.iterations == report.iteration_limit)
     advice.push_back("--iterations allows more of them: these were the last allowed");
   if (report.max_distance && result.inliers == result.source_points)
     advice.push_back(format("a smaller --max-distance: %g leaves out no pair", *report.max_distance));
-  if (verdict == Verdict::Doubtful && !has(&TriedStart::overlap) && result.quality->after.source < 1)
+  if (verdict == Verdict::Doubtful && !isDoubtedForRivalAlone(report) && !has(&TriedStart::overlap) &&
+      result.quality->after.source < 1)
     advice.push_back("--overlap auto takes clouds that overlap in part");
   return advice;
 }

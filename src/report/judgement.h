@@ -16,6 +16,12 @@ Judgement judgementOfPose(const AlignmentReport& report);
 /// The same, and wrong where there is no answer for another reason.
 Judgement judgementOf(const AlignmentReport& report);
 
+/// Whether its quality is good, by itself.
+bool liesWell(const AlignmentReport& report);
+
+/// Whether all that speaks against it is another pose that fits as well.
+bool isDoubtedForRivalAlone(const AlignmentReport& report);
+
 /// What to try where the verdict is not good, by the options that were not: a sentence each.
 std::vector<std::string> adviceFor(const AlignmentReport& report);
 

@@ -38,6 +38,9 @@ TEST(Ending, OfAGoodPoseIsNotWorseForItsDistances)
   EXPECT_EQ(endingOf(report), Ending::GotWorse);
   report.result.quality = goodQuality();
   EXPECT_EQ(endingOf(report), Ending::AtLimit);
+  report.searched_guess.emplace().rival.emplace(); // which makes it doubtful, not worse
+  EXPECT_EQ(endingOf(report), Ending::AtLimit);
+  report.searched_guess.reset();
   report.result.quality->surfaces->pull = 2; // doubtful
   EXPECT_EQ(endingOf(report), Ending::GotWorse);
   report.result.quality = goodQuality();

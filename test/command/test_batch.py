@@ -6,7 +6,7 @@ import pathlib
 import shutil
 
 from batches import POINTS, BatchTest, csv_text, json_lines
-from command import DEVICE, INPUT, NOT_CONVERGED, OUTPUT, USAGE, motion, moved, numbers, pcd, surface
+from command import COMMAND, DEVICE, INPUT, NOT_CONVERGED, OUTPUT, USAGE, motion, moved, numbers, pcd, surface
 
 TURN = motion(120, (5, -4, 3))
 GUESS = motion(119, (5.02, -4.02, 3.01))
@@ -24,6 +24,9 @@ class Manifests(BatchTest):
                 self.assertEqual(self.transforms(results), self.aligned_alone(rows, *arguments))
                 self.assertEqual((summary["pairs"], summary["converged"] + summary["at_the_limit"], summary["complete"]),
                                  (6, 6, True))
+        self.assertEqual(summary["version"], os.environ["PCL_GPU_ICP_VERSION"])
+        self.assertEqual(summary["arguments"], [COMMAND, "batch", self.path("manifest.csv"), "--reciprocal", "--force",
+                                                "-o", self.path("out")])
         alone = self.align(self.path("scan_1.pcd"), self.path("scan_0.pcd"), "--reciprocal")
         for key in alone.keys() - {"version", "arguments", "source", "target", "threads", "device_bytes", "times_ms"}:
             self.assertEqual(results[0][key], alone[key], key)

@@ -2,8 +2,9 @@
 
 import json
 import math
+import os
 
-from command import NOT_CONVERGED, USAGE, CommandTest, motion, moved, pcd, sampled_surface, surface
+from command import COMMAND, NOT_CONVERGED, USAGE, CommandTest, motion, moved, pcd, sampled_surface, surface
 
 POINTS = surface()
 MOTION = motion(3, (0.05, -0.08, 0.04))
@@ -19,6 +20,8 @@ class Compare(CommandTest):
 
     def test_json(self):
         result = json.loads(self.succeed("compare", self.source, self.target, "--json", "-"))
+        self.assertEqual(result["version"], os.environ["PCL_GPU_ICP_VERSION"])
+        self.assertEqual(result["arguments"], [COMMAND, "compare", self.source, self.target, "--json", "-"])
         self.assertEqual(set(result["stock"]), RUN_KEYS)
         self.assertEqual(set(result["plugin"]), RUN_KEYS | {"start_ms", "verdict", "reasons"})
         self.assertTrue(result["agree"])

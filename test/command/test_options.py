@@ -5,7 +5,8 @@ import math
 import os
 import pathlib
 
-from command import INPUT, NOT_CONVERGED, USAGE, CommandTest, motion, moved, numbers, pcd, read_pcd, sampled_surface, surface
+from command import (
+    INPUT, NOT_CONVERGED, USAGE, XYZ_DOUBLE, CommandTest, motion, moved, numbers, pcd, read_pcd, sampled_surface, surface)
 
 POINTS = surface()
 MOTION = motion(3, (0.05, -0.08, 0.04))
@@ -233,14 +234,22 @@ class Options(CommandTest):
         axes = range(-10, 11)
         faces = [(x / 10, y / 10, s) for x in axes for y in axes for s in (-1, 1)]
         cube = faces + [(x, s, y) for x, y, s in faces] + [(s, x, y) for x, y, s in faces]
-        source = self.write("cube.pcd", pcd(cube))
+        far = (437000, 5412000, 100)  # where float32 has no digits left
+        cube = [tuple(a + b for a, b in zip(point, far)) for point in cube]
+        source = self.write("cube.pcd", pcd(cube, fields=XYZ_DOUBLE))
         done = self.run_command("align", source, source, "--guess", "auto", "--json", "-")
         result = self.checked(done.stdout)
+
+        def of_the_grid(point):
+            return tuple(round(10 * value) for value in point)
+
+        by_rival = {of_the_grid(moved(result["searched_guess"]["rival"]["transform"], point)) for point in cube}
+        self.assertEqual(by_rival, set(map(of_the_grid, cube)))
         self.assertEqual(result["verdict"], "doubtful")
         self.assertRegex(result["reasons"][0], r"^two poses fit: another, \d+ degrees and \S+ from this one, has 100 %")
         self.assertEqual(result["searched_guess"]["rival"]["near"], 1)
         self.assertNotEqual(result["searched_guess"]["rival"]["transform"], result["transform"])
-        self.assertIn("--guess with a rough pose, where one is known, tells which of the two is right", result["advice"])
+        self.assertIn("--guess with a rough pose, where one is known, decides between them", result["advice"])
 
     def test_guess_auto_takes_points(self):
         few = self.write("few.pcd", pcd([(1, 2, 3)] * 50))

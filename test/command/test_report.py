@@ -158,6 +158,32 @@ class Alignment(ReportTest):
         self.assertEqual(sorted(os.listdir(self.directory)), ["source.pcd", "target.pcd"])
 
 
+    def test_where_it_started_from(self):
+        wall = [(2.5, 0.02 * i - 1, 0.01 * (i * 37 % 100)) for i in range(100)]
+        scene = sampled_surface(2000, seed=1) + wall
+        about_x = [[1, 0, 0, 0], [0, -0.5, -0.75**0.5, 0], [0, 0.75**0.5, -0.5, 0], [0, 0, 0, 1]]
+        self.report(scene, [moved(about_x, point) for point in scene])
+        self.assertRegex(opened(self.page).text("[data-id=numbers]"),
+                         r"started from the guess \(\w+\), what they have in common \(\w+\), a search \(good, taken\)")
+
+    def test_the_other_pose_that_fits(self):
+        axes = range(-10, 11)
+        faces = [(x / 10, y / 10, s) for x in axes for y in axes for s in (-1, 1)]
+        cube = faces + [(x, s, y) for x, y, s in faces] + [(s, x, y) for x, y, s in faces]
+        self.report(cube, cube, "--guess", "auto")
+        page = opened(self.page)
+        self.assertEqual(page.text(".chip"), "doubtful")
+        self.assertIn("two poses fit", page.text("[data-id=reasons]"))
+        self.assertEqual(page.text("[data-id=results]"), "afterthe other that fitsboth")
+        seen = page.seen()
+        self.assertEqual(seen["second"], 0)
+        page.click("[data-id=results] button:nth-child(2)")
+        other = page.seen()
+        self.assertEqual(other["source"], 0)
+        self.assertGreater(other["second"], 100)
+        self.assert_sound(page)
+
+
 class Comparison(ReportTest):
     def test_both_results(self):
         self.succeed(

@@ -70,14 +70,24 @@ class Starts(BatchTest):
                 with self.assertRaises(AssertionError):
                     self.assert_maps(once["transform"], common, where, 10 * close)
 
+    def test_what_overlaps_to_gicp(self):
+        """Whose residuals are no distances."""
+        common = [point for point in sampled_surface(300, seed=3) if -0.8 < point[0] < 0.2]
+        result, _, _ = self.tried("left.pcd", "right.pcd", "--metric", "gicp", "--overlap", "auto", "--once")
+        self.assertGreater(result["loss"]["scale"], 10 * result["quality"]["spacing"])
+        self.assert_maps(result["transform"], common, [moved(NEAR, point) for point in common], 0.05)
+
     def test_the_loss_of_a_preset_gives_way_to_that_of_what_overlaps(self):
         common = [point for point in sampled_surface(300, seed=3) if -0.8 < point[0] < 0.2]
         where = [moved(NEAR, point) for point in common]
         result, tried, taken = self.tried("left.pcd", "right.pcd", "--preset", "lidar")
         self.assertEqual((taken, result["loss"]["function"]), ("what they have in common", "geman-mcclure"))
         self.assert_maps(result["transform"], common, where, 0.05)
-        given, _, _ = self.tried("left.pcd", "right.pcd", "--metric", "plane", "--loss", "huber")
-        self.assertEqual(given["loss"]["function"], "huber")
+        for loss in ("huber", "none"):
+            given, tried, _ = self.tried(
+                "left.pcd", "right.pcd", "--preset", "lidar", "--loss", loss, "--overlap", "auto", "--once")
+            self.assertEqual(tried, ["what they have in common"])
+            self.assertEqual(given["loss"] and given["loss"]["function"], "huber" if loss == "huber" else None)
 
     def test_what_is_not_determined_is_not_taken_from_elsewhere(self):
         result, _, taken = self.tried("line.pcd", "line.pcd", "--metric", "plane")

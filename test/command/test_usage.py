@@ -49,6 +49,7 @@ class Usage(CommandTest):
             (["compare", "a.pcd", "b.pcd", "--stok-limit", "3"], "--stock-limit"),
             (["--verison"], "--version"),
             # What other programs call it.
+            ([*pair, "-q"], "--quiet"),
             ([*pair, "-v"], "--verbose"),
             ([*pair, "--voxel", "0.1"], "--leaf"),
             ([*pair, "--downsample=0.1"], "--leaf"),
@@ -67,7 +68,7 @@ class Usage(CommandTest):
             (["compare", "a.pcd", "b.pcd", "--" + "x" * 100000], "there is no option --xxx"),
             (["dance"], "there is no subcommand dance (see"),
             (["devices", "--voxel", "0.1"], "there is no option --voxel (see"),  # it has no --leaf
-            (["align", "a.pcd", "b.pcd", "-q"], "there is no option -q (see"),
+            (["align", "a.pcd", "b.pcd", "-k"], "there is no option -k (see"),
         ]:
             self.assertNotIn("did you mean", self.fail_with(USAGE, *arguments, names=named).stderr)
 

@@ -182,6 +182,10 @@ TEST(Guess, IsReadAsProgramsPrintIt)
            // numpy
            "[[ 0.99026807 -0.13864415  0.0121297   0.004     ]\n [ 0.1391731   0.98649813 -0.0863056  -0.003     ]\n"
            " [ 0.          0.08715574  0.9961947   0.002     ]\n [ 0.          0.          0.          1.        ]]\n",
+           "array([[ 0.99026807, -0.13864415,  0.0121297 ,  0.004     ],\n       [ 0.1391731 ,  0.98649813, "
+           "-0.0863056 , -0.003     ],\n       [ 0.        ,  0.08715574,  0.9961947 ,  0.002     ],\n       [ 0.      "
+           " "
+           " ,  0.        ,  0.        ,  1.        ]], dtype=float32)",
            // MATLAB
            "[0.99026807, -0.13864415, 0.0121297, 0.004; 0.1391731, 0.98649813, -0.0863056, -0.003; "
            "0, 0.08715574, 0.9961947, 0.002; 0, 0, 0, 1]",
@@ -250,9 +254,9 @@ TEST(Guess, RefusalsSayWhatItLooksLike)
 
 TEST(Guess, NamesOfFilesAndNumbersAreToldApart)
 {
-  for (const char* text : {"1 0 0", "[[1, 0", " -1e3;2", "[ 1", "(1 0", "nan"})
+  for (const char* text : {"1 0 0", "[[1, 0", " -1e3;2", "[ 1", "(1 0", "nan", "array([[1, 0", " np.array([1"})
     EXPECT_FALSE(cli::namesFile(text)) << text;
-  for (const char* text : {"", "pose.txt", "[0]pose.txt", "(1).txt", "1.txt", "/tmp/1 2.txt"})
+  for (const char* text : {"", "pose.txt", "[0]pose.txt", "(1).txt", "1.txt", "/tmp/1 2.txt", "array", "array.txt"})
     EXPECT_TRUE(cli::namesFile(text)) << text;
 }
 

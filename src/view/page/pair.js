@@ -57,6 +57,9 @@ function fillHeader(parts, pair) {
   number('iterations', String(result.iterations));
   if (result.times_ms && result.times_ms.total) number('time', milliseconds(result.times_ms.total));
   number('ended', result.ending);
+  const tried = result.tried || [];
+  if (tried.length > 1)
+    number('started from', tried.map((start) => `${start.from} (${start.verdict}${start.taken ? ', taken' : ''})`).join(', '));
   for (const reason of result.why ? [result.why] : result.reasons) parts.reasons.append(element('li', {}, reason));
   for (const advice of result.advice) parts.reasons.append(element('li', {}, `try: ${advice}`));
 }
@@ -139,8 +142,9 @@ function controlScene(scene, parts, pair) {
 
   if (pair.poses.length > 2) {
     const choices = [[[0], pair.poses[1].name], [[1], pair.poses[2].name], [[0, 1], 'both']];
+    const first = run.comparison ? 2 : 0;
     choices.forEach(([shown, name], i) => {
-      const choice = element('button', { type: 'button', 'aria-pressed': i === 2 }, name);
+      const choice = element('button', { type: 'button', 'aria-pressed': i === first }, name);
       choice.addEventListener('click', () => {
         for (const other of parts.results.children) other.setAttribute('aria-pressed', other === choice);
         scene.select(shown);
@@ -149,7 +153,7 @@ function controlScene(scene, parts, pair) {
       parts.results.append(choice);
     });
     parts.results.hidden = false;
-    scene.select([0, 1]);
+    scene.select(choices[first][0]);
   }
   showLegend(false);
 
