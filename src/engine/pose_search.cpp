@@ -232,9 +232,10 @@ PoseSearchResult PoseSearch::search(const Points& source, const Points& target, 
   candidates.erase(
       std::remove_if(candidates.begin(), candidates.end(), [](const Candidate& c) { return !(c.score > 0); }),
       candidates.end());
-  std::vector<RigidTransform> poses;
-  for (const Candidate& candidate : candidates)
-    poses.push_back(placed.betweenClouds(candidate.transform));
+  std::vector<RigidTransform> poses(candidates.size());
+  std::transform(candidates.begin(), candidates.end(), poses.begin(), [&placed](const Candidate& candidate) {
+    return placed.betweenClouds(candidate.transform);
+  });
   const std::vector<Quality> qualities = qualitiesOf(source, target, guess, poses);
   for (std::size_t i = 0; i < poses.size(); ++i)
     result.poses.push_back({poses[i], candidates[i].score, qualities[i]});
