@@ -2,12 +2,15 @@
 
 #include "cli/guess.h"
 
+#include "report/degrees.h"
+#include "report/difference.h"
 #include "report/ending.h"
 #include "report/format.h"
 
 #include <pcl_gpu_icp/search/nearest_index.h>
 #include <pcl_gpu_icp/search/points_of.h>
 
+#include <array>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -15,6 +18,21 @@
 
 namespace pcl_gpu_icp::cli {
 namespace {
+
+/// The rival is the one that an alignment did not end at.
+/// \param radius of the source
+void tellRivalFromEnd(report::SearchedGuess& searched,
+                      const RigidTransform& end,
+                      const std::array<double, 3>& centroid,
+                      double radius)
+{
+  const auto away = [&](const report::FoundPose& pose) {
+    const report::Difference difference = report::differenceOf(pose.transform, end, centroid);
+    return difference.metres + difference.degrees * report::radians_per_degree * radius;
+  };
+  if (searched.rival && away(*searched.rival) < away(searched.found))
+    std::swap(searched.found, *searched.rival);
+}
 
 /// The least distance of a source point from the target.
 double nearestDistance(const CloudPair& pair, const RigidTransform& transform)
@@ -67,26 +85,6 @@ RigidTransform CloudPair::inFileCoordinates(const RigidTransform& transform) con
   return recentred(transform, from, to);
 }
 
-namespace {
-
-/// The rival is the one that an alignment did not end at.
-/// \param radius of the source
-void orderByDistance(report::SearchedGuess& searched,
-                     const RigidTransform& end,
-                     const std::array<double, 3>& centroid,
-                     double radius)
-{
-  constexpr double radians_per_degree = 0.017453292519943295769;
-  const auto away = [&](const report::FoundPose& pose) {
-    const report::Difference difference = report::differenceOf(pose.transform, end, centroid);
-    return difference.metres + difference.degrees * radians_per_degree * radius;
-  };
-  if (searched.rival && away(*searched.rival) < away(searched.found))
-    std::swap(searched.found, *searched.rival);
-}
-
-} // namespace
-
 void describe(report::AlignmentReport& report,
               const AlignmentOptions& options,
               const CloudPair& pair,
@@ -100,7 +98,7 @@ void describe(report::AlignmentReport& report,
   report.guess = pair.inFileCoordinates(pair.guess);
   report.transform = pair.inFileCoordinates(transform);
   if (report.searched_guess)
-    orderByDistance(*report.searched_guess, report.transform, pair.source->centroid, pair.source->extent / 2);
+    tellRivalFromEnd(*report.searched_guess, report.transform, pair.source->centroid, pair.source->extent / 2);
   report.warnings = pair.warnings;
   report.resolution = pair.source->extent * std::numeric_limits<float>::epsilon();
   report.source_points = pair.source->counts;

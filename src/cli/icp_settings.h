@@ -3,6 +3,8 @@
 #include "cli/cloud_pair.h"
 #include "cli/options.h"
 
+#include "report/degrees.h"
+
 #include <pcl_gpu_icp/device.h>
 #include <pcl_gpu_icp/icp.h>
 
@@ -16,7 +18,6 @@ namespace pcl_gpu_icp::cli {
 template <typename Icp>
 void applySettings(Icp& icp, const AlignmentOptions& options)
 {
-  constexpr double radians_per_degree = 0.017453292519943295769;
   icp.setMaximumIterations(options.iterations);
   icp.setUseReciprocalCorrespondences(options.reciprocal);
   if (options.max_distance)
@@ -24,7 +25,7 @@ void applySettings(Icp& icp, const AlignmentOptions& options)
   if (options.translation_epsilon)
     icp.setTransformationEpsilon(*options.translation_epsilon * *options.translation_epsilon);
   if (options.rotation_epsilon)
-    icp.setTransformationRotationEpsilon(std::cos(*options.rotation_epsilon * radians_per_degree));
+    icp.setTransformationRotationEpsilon(std::cos(*options.rotation_epsilon * report::radians_per_degree));
   if (options.fitness_epsilon)
     icp.setEuclideanFitnessEpsilon(*options.fitness_epsilon);
   if (options.trim) {

@@ -3,6 +3,7 @@
 #include "cli/failure.h"
 #include "cli/guess.h"
 
+#include "report/degrees.h"
 #include "report/ending.h"
 #include "report/judgement.h"
 
@@ -21,9 +22,8 @@ AlignmentOptions withEpsilons(const AlignmentOptions& options, const CloudPair& 
   const double step = hardly * pair.target->spacing(), radius = pair.source->extent / 2;
   if (options.translation_epsilon || options.rotation_epsilon || !(step > 0 && radius > 0))
     return result;
-  constexpr double degrees_per_radian = 57.295779513082320877;
   result.translation_epsilon = step;
-  result.rotation_epsilon = step / radius * degrees_per_radian;
+  result.rotation_epsilon = step / radius * report::degrees_per_radian;
   return result;
 }
 

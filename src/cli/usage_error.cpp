@@ -13,7 +13,8 @@ namespace {
 /// Not a negative number.
 bool isOption(const std::string& argument)
 {
-  return argument.size() > 1 && argument[0] == '-' && (argument[1] == '-' || std::isalpha(argument[1]));
+  return argument.size() > 1 && argument[0] == '-' &&
+         (argument[1] == '-' || std::isalpha(static_cast<unsigned char>(argument[1])));
 }
 
 /// What is called so by other programs that align; empty: nothing.

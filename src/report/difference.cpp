@@ -1,12 +1,13 @@
 #include "report/difference.h"
 
+#include "report/degrees.h"
+
 #include <cmath>
 
 namespace pcl_gpu_icp::report {
 
 Difference differenceOf(const RigidTransform& a, const RigidTransform& b, const std::array<double, 3>& centroid)
 {
-  constexpr double degrees_per_radian = 57.295779513082320877;
   // |A - B|_F = 2 sqrt(2) sin(angle / 2) keeps its digits at small angles, where the trace loses them.
   double squared = 0;
   for (int i = 0; i < 9; ++i)

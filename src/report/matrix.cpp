@@ -1,5 +1,6 @@
 #include "report/matrix.h"
 
+#include "report/degrees.h"
 #include "report/format.h"
 
 #include <Eigen/Geometry>
@@ -35,7 +36,6 @@ std::string matrixText(const RigidTransform& transform)
 
 std::string motionText(const RigidTransform& transform)
 {
-  constexpr double degrees_per_radian = 57.295779513082320877;
   const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> rotation(transform.rotation.data());
   const Eigen::AngleAxisd turn{Eigen::Matrix3d(rotation)};
   const auto& [x, y, z] = transform.translation;

@@ -1,13 +1,12 @@
 #include "report/uncertainty_report.h"
 
+#include "report/degrees.h"
 #include "report/format.h"
 
 #include <cmath>
 
 namespace pcl_gpu_icp::report {
 namespace {
-
-constexpr double degrees_per_radian = 57.295779513082320877;
 
 Json matrixJson(const std::array<double, 36>& matrix)
 {

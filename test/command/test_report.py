@@ -157,7 +157,6 @@ class Alignment(ReportTest):
             self.fail_with(code, "align", source, target, *arguments, names="--report")
         self.assertEqual(sorted(os.listdir(self.directory)), ["source.pcd", "target.pcd"])
 
-
     def test_where_it_started_from(self):
         wall = [(2.5, 0.02 * i - 1, 0.01 * (i * 37 % 100)) for i in range(100)]
         scene = sampled_surface(2000, seed=1) + wall

@@ -162,7 +162,7 @@ TEST_F(PoseSearching, TriesHeadingsAloneWhereNothingTilts)
 }
 
 /// Of surfaces on each other, plainly in part.
-PoseCandidate posed(double score, double near, double distance = 0.1)
+PoseCandidate posed(double score, double near)
 {
   PoseCandidate pose;
   pose.score = score;
@@ -170,7 +170,7 @@ PoseCandidate posed(double score, double near, double distance = 0.1)
   pose.quality.after = {near, near};
   pose.quality.median_distance = 0.5;
   pose.quality.concentration = 0.9;
-  pose.quality.surfaces = SurfaceFit{0.9, 1, distance, 0.1, 0.1};
+  pose.quality.surfaces = SurfaceFit{0.9, 1, 0.1, 0.1, 0.1};
   return pose;
 }
 
