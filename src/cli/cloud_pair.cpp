@@ -2,8 +2,6 @@
 
 #include "cli/guess.h"
 
-#include "report/degrees.h"
-#include "report/difference.h"
 #include "report/ending.h"
 #include "report/format.h"
 
@@ -18,21 +16,6 @@
 
 namespace pcl_gpu_icp::cli {
 namespace {
-
-/// The rival is the one that an alignment did not end at.
-/// \param radius of the source
-void tellRivalFromEnd(report::SearchedGuess& searched,
-                      const RigidTransform& end,
-                      const std::array<double, 3>& centroid,
-                      double radius)
-{
-  const auto away = [&](const report::FoundPose& pose) {
-    const report::Difference difference = report::differenceOf(pose.transform, end, centroid);
-    return difference.metres + difference.degrees * report::radians_per_degree * radius;
-  };
-  if (searched.rival && away(*searched.rival) < away(searched.found))
-    std::swap(searched.found, *searched.rival);
-}
 
 /// The least distance of a source point from the target.
 double nearestDistance(const CloudPair& pair, const RigidTransform& transform)
@@ -97,8 +80,6 @@ void describe(report::AlignmentReport& report,
   report.centroid = pair.source->centroid;
   report.guess = pair.inFileCoordinates(pair.guess);
   report.transform = pair.inFileCoordinates(transform);
-  if (report.searched_guess)
-    tellRivalFromEnd(*report.searched_guess, report.transform, pair.source->centroid, pair.source->extent / 2);
   report.warnings = pair.warnings;
   report.resolution = pair.source->extent * std::numeric_limits<float>::epsilon();
   report.source_points = pair.source->counts;

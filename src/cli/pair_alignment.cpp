@@ -4,9 +4,11 @@
 #include "cli/guess.h"
 
 #include "report/degrees.h"
+#include "report/difference.h"
 #include "report/ending.h"
 #include "report/judgement.h"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 #include <vector>
@@ -46,24 +48,55 @@ bool isBetter(const report::AlignmentReport& report, const report::AlignmentRepo
   return rank(report) > rank(other);
 }
 
+/// By how much the pose puts the source elsewhere than another, in radii of the larger cloud.
+double distanceBetween(const RigidTransform& pose,
+                       const RigidTransform& other,
+                       const report::AlignmentReport& report,
+                       const CloudPair& pair)
+{
+  const double radius = std::max(pair.source->extent, pair.target->extent) / 2;
+  const report::Difference difference = report::differenceOf(pose, other, report.centroid);
+  return difference.metres / radius + difference.degrees * report::radians_per_degree;
+}
+
+/// Whether it ended so far from the guess that this tells nothing of whether another pose fits as well.
+bool isFar(const report::AlignmentReport& report, const RigidTransform& guess, const CloudPair& pair)
+{
+  constexpr double far = 0.8; // 45 degrees
+  return distanceBetween(report.transform, guess, report, pair) > far;
+}
+
+/// Enters what a search found. The rival is the pose that the alignment did not end at.
+void enter(report::SearchedGuess searched, report::AlignmentReport& report, const CloudPair& pair)
+{
+  const auto away = [&](const report::FoundPose& pose) {
+    return distanceBetween(pose.transform, report.transform, report, pair);
+  };
+  if (searched.rival && away(*searched.rival) < away(searched.found))
+    std::swap(searched.found, *searched.rival);
+  report.searched_guess = searched;
+}
+
 report::AlignmentReport reportOf(const Start& start, const BatchResult& result)
 {
   report::AlignmentReport report;
   report.source = start.options.source;
   report.target = start.options.target;
-  report.searched_guess = start.searched_guess;
   report.found_overlap = start.found_overlap;
   report.result = result.alignment;
   report.fitness_score = result.fitness_score;
   describe(report, start.options, start.pair, result.transform);
+  if (start.searched_guess)
+    enter(*start.searched_guess, report, start.pair);
   return report;
 }
 
 /// What ICP comes to from one start after another.
 class Attempts {
 public:
-  explicit Attempts(const RunIcp& run)
+  Attempts(const RunIcp& run, const CloudPair& pair)
   : run_(run)
+  , pair_(pair)
   {
   }
 
@@ -71,6 +104,8 @@ public:
   {
     if (!start)
       return;
+    if (start->searched_guess)
+      searched_guess_ = start->searched_guess;
     IcpRun run = run_(start->pair, start->options);
     report::AlignmentReport report = reportOf(*start, run.result);
     tried_.push_back(
@@ -80,14 +115,28 @@ public:
     else if (!isBetter(report, best_->report))
       return;
     best_ = {std::move(report), std::move(run.errors)};
+    pose_ = run.result.transform;
     taken_ = tried_.size() - 1;
   }
 
   bool areSettled() const { return isSettled(best_->report); }
-  bool beganWrong() const { return tried_.front().verdict == Verdict::Wrong; }
+
+  /// Whether no pose near the guess is known to be the one.
+  bool leaveTheGuess() const
+  {
+    const report::AlignmentReport& report = best_->report;
+    return endingOf(report) != report::Ending::TooCoarse &&
+           ((tried_.front().verdict == Verdict::Wrong && !areSettled()) ||
+            isFar(report, pair_.inFileCoordinates(pair_.guess), pair_));
+  }
+
+  const RigidTransform& pose() const { return pose_; }
 
   PairAlignment best() &&
   {
+    if (searched_guess_)
+      enter(*searched_guess_, best_->report, pair_);
+    tried_[taken_].verdict = judgementOf(best_->report).verdict;
     tried_[taken_].taken = true;
     AlignmentResult& result = best_->report.result;
     if (at_guess_.inliers > 0)
@@ -100,10 +149,13 @@ public:
 
 private:
   const RunIcp& run_;
+  const CloudPair& pair_;
   std::vector<report::TriedStart> tried_;
-  std::optional<PairAlignment> best_;
-  AlignmentResult at_guess_; ///< of the first: "before" is where its start was, wherever the best one started
   std::size_t taken_ = 0;
+  std::optional<PairAlignment> best_;
+  RigidTransform pose_;      ///< of the best, between the prepared clouds
+  AlignmentResult at_guess_; ///< of the first: "before" is where its start was, wherever the best one started
+  std::optional<report::SearchedGuess> searched_guess_; ///< held against the best, whatever that began from
 };
 
 std::optional<Start> required(std::optional<Start> found, const AlignmentOptions& options, const char* why_not)
@@ -124,7 +176,7 @@ alignPair(const CloudPair& pair, const AlignmentOptions& options, const StartSea
                       options,
                       "--guess auto found no pose: it takes clouds of one size, of at least 10 points that are not all "
                       "at one place");
-  Attempts attempts(run);
+  Attempts attempts(run, pair);
   if (options.finds_overlap)
     attempts.add(required(search.fromOverlap(start),
                           options,
@@ -136,8 +188,10 @@ alignPair(const CloudPair& pair, const AlignmentOptions& options, const StartSea
 
   if (!options.finds_overlap && !attempts.areSettled())
     attempts.add(search.fromOverlap(start));
-  if (!options.guess && attempts.beganWrong() && !attempts.areSettled()) {
-    const std::optional<Start> found = search.fromAnywhere(start);
+  if (!options.guess && attempts.leaveTheGuess()) {
+    Start from = start;
+    from.pair.guess = attempts.pose();
+    const std::optional<Start> found = search.fromAnywhere(from);
     attempts.add(found);
     if (found && !attempts.areSettled())
       attempts.add(search.fromOverlap(*found));

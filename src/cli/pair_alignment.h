@@ -26,8 +26,10 @@ struct PairAlignment {
   std::vector<double> errors; ///< of the run that was taken, by iteration
 };
 
-/// Aligns a pair: from where the options say; and where that comes to no good pose, but for --once, from what the
-/// clouds have in common and, where no guess is given, from anywhere. The first good one is taken, or of all the best.
+/// Aligns a pair: from where the options say; but for --once, where that comes to no good pose, from what the clouds
+/// have in common; and where no guess is given and that leaves it wrong, or far from where it began, from anywhere. The
+/// best is taken; another pose that fits, if the search found one, is held against it.
+///
 /// \throws Failure (Input) where a search that was asked for finds no start, and what run throws
 PairAlignment
 alignPair(const CloudPair& pair, const AlignmentOptions& options, const StartSearch& search, const RunIcp& run);

@@ -42,7 +42,7 @@ std::string lossText(const AlignmentResult& result)
 
 std::string guessText(const SearchedGuess& guess)
 {
-  return format("guess      the best of %zu starts, score %.2g of 1", guess.starts, guess.score) +
+  return format("guess      of %zu starts anywhere the best has score %.2g of 1", guess.starts, guess.score) +
          (guess.next_score ? format("; the next best that is elsewhere %.2g\n", *guess.next_score) : "\n");
 }
 

@@ -29,12 +29,12 @@ struct FoundPose {
   double near = 0;          ///< share of the source's points within three spacings of the target
 };
 
-/// What a search for the guess came to.
+/// What a search for the guess came to, whether or not the pose that was taken started from it.
 struct SearchedGuess {
   std::size_t starts = 0; ///< poses that were tried
-  double score = 0;       ///< of the one taken, from 0 to 1
+  double score = 0;       ///< of the best, from 0 to 1
   std::optional<double> next_score;
-  FoundPose found;                ///< the one taken
+  FoundPose found;                ///< the best; where there is a rival, the one of the two that was taken
   std::optional<FoundPose> rival; ///< another, which fits as well for all that can be told from the clouds
 };
 
@@ -62,7 +62,7 @@ struct AlignmentReport {
   std::array<double, 3> centroid{};            ///< of the source
   RigidTransform guess;                        ///< source to target, in the coordinates of the files, and
   RigidTransform transform;                    ///< where that ended
-  std::optional<SearchedGuess> searched_guess; ///< none: the guess was given
+  std::optional<SearchedGuess> searched_guess; ///< none: there was no search
   std::optional<FoundOverlap> found_overlap;   ///< none: it was not searched for
   std::vector<TriedStart> tried;               ///< in this order, of which one was taken
   std::optional<double> fitness_score;

@@ -195,7 +195,7 @@ class Options(CommandTest):
         self.assertIn("guess", found["times_ms"])
         self.assertIsNone(self.align(source, source)["searched_guess"])
         text = self.succeed("align", source, target, "--guess", "auto")
-        self.assertRegex(text, r"\nguess      the best of \d+ starts, score [\d.]+ of 1")
+        self.assertRegex(text, r"\nguess      of \d+ starts anywhere the best has score [\d.]+ of 1")
         headings = self.align(source, source, "--guess", "auto", "--motions", "yaw")
         self.assertLess(headings["searched_guess"]["starts"], 100)
         # A file may have that name all the same.

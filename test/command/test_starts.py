@@ -1,5 +1,8 @@
 """Where an alignment starts when nothing is said of it, and what it tries before it gives up."""
 
+import math
+import os
+
 from batches import BatchTest
 from command import NOT_CONVERGED, motion, moved, pcd, sampled_surface
 
@@ -48,6 +51,20 @@ class Starts(BatchTest):
         self.assertRegex(text, r"\ntried      from the guess: wrong\n           from what they have in common: \w+\n"
                                r"           from a search: good, taken\n")
 
+    def test_what_fits_in_several_ways_is_doubted(self):
+        """Hills that are as they were after half a turn about y, and in part on others: any of these poses does well."""
+        hills = sampled_surface(2000, seed=1)
+        self.write("hills.pcd", pcd(hills))
+        for degrees in (120, 150, 180):
+            with self.subTest(degrees=degrees):
+                away = [moved(motion(degrees, (0, 0, 0)), point) for point in hills]
+                self.write("away.pcd", pcd(away))
+                result, tried, _ = self.tried("hills.pcd", "away.pcd")
+                self.assertIn("a search", tried)
+                self.assertEqual(result["verdict"], "doubtful")
+                self.assertRegex(result["reasons"][0], r"^two poses fit: another, 1[78]\d degrees")
+                os.remove(self.path("away.pcd"))
+
     def test_a_guess_that_is_given_is_kept_to(self):
         _, tried, _ = self.tried("scene.pcd", "turned.pcd", "--guess", "1 0 0 0 0 1 0 0 0 0 1 0")
         self.assertEqual(tried, ["the guess", "what they have in common"])
@@ -63,8 +80,8 @@ class Starts(BatchTest):
         for metric, close in (("point", 0.1), ("plane", 0.05)):
             with self.subTest(metric):
                 result, tried, taken = self.tried("left.pcd", "right.pcd", "--metric", metric)
-                self.assertEqual(tried, ["the guess", "what they have in common"])
-                self.assertEqual((taken, result["loss"]["function"]), (tried[-1], "geman-mcclure"))
+                self.assertEqual(tried[:2], ["the guess", "what they have in common"])
+                self.assertEqual((taken, result["loss"]["function"]), (tried[1], "geman-mcclure"))
                 self.assert_maps(result["transform"], common, where, close)
                 once, _, _ = self.tried("left.pcd", "right.pcd", "--metric", metric, "--once")
                 with self.assertRaises(AssertionError):

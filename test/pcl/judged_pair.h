@@ -8,9 +8,6 @@
 
 namespace made_pairs {
 
-/// How far off, in spacings, a right answer may be.
-constexpr double right_spacings = 3;
-
 /// What an alignment came to, and whether what judge() says of it is true.
 struct JudgedPair {
   pcl_gpu_icp::AlignmentResult result; ///< has a quality

@@ -255,6 +255,38 @@ public:
     }
   }
 
+  /// Hills that look alike in places, each cloud other points of them. \param overlap from 0 to 1
+  void addHills(double overlap)
+  {
+    struct Wave {
+      double height, along_x, along_y, phase;
+    };
+    std::vector<Wave> waves(3);
+    for (Wave& wave : waves)
+      wave = {uniform(generator_, 0.1, 0.4),
+              uniform(generator_, -2, 2),
+              uniform(generator_, -2, 2),
+              uniform(generator_, 0, 2 * M_PI)};
+    constexpr int points = 2000;
+    constexpr double half = 2;
+    const auto sampled = [&](double from, double to) {
+      const Cloud::Ptr cloud(new Cloud);
+      for (int i = 0; i < points; ++i) {
+        const double x = uniform(generator_, from, to), y = uniform(generator_, -half, half);
+        double z = 0;
+        for (const Wave& wave : waves)
+          z += wave.height * std::sin(wave.along_x * x + wave.along_y * y + wave.phase);
+        cloud->push_back({static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)});
+      }
+      return cloud;
+    };
+    const double each = 2 * half / (2 - overlap);
+    add("hills",
+        "overlap " + std::to_string(static_cast<int>(std::lround(100 * overlap))),
+        sampled(-half, each - half),
+        sampled(half - each, half));
+  }
+
   void addParts(const Scan& scan)
   {
     constexpr double of_the_radius = 0.002;
@@ -335,20 +367,51 @@ std::vector<Pair> makePairs(const std::string& scans, int repetitions, unsigned 
   return list.take();
 }
 
+namespace {
+
+/// Of two guesses the first; of those that have half or more in common.
+std::vector<Pair> relatedOnce(std::vector<Pair> pairs)
+{
+  std::vector<Pair> related;
+  for (std::size_t i = 0; i < pairs.size(); i += 2)
+    if (pairs[i].isRelated() && pairs[i].kind != "overlap 20" && pairs[i].kind != "overlap 35")
+      related.push_back(std::move(pairs[i]));
+  return related;
+}
+
+} // namespace
+
 std::vector<Pair> makeNearbyPairs(const std::string& scans, int repetitions, unsigned seed)
 {
-  std::vector<Pair> nearby;
+  std::vector<Pair> nearby = relatedOnce(makePairs(scans, repetitions, seed));
   Generator generator(seed);
-  bool second = false; // of two guesses
-  for (Pair& pair : makePairs(scans, repetitions, seed)) {
-    second = !second;
-    if (!second || !pair.isRelated() || pair.kind == "overlap 20" || pair.kind == "overlap 35")
-      continue;
+  for (Pair& pair : nearby) {
     const double degrees = uniform(generator, 0, 30), shift = uniform(generator, 0, 0.25);
     pair.guess = motion(generator, *pair.target, degrees, shift) * pair.truth;
-    nearby.push_back(std::move(pair));
   }
   return nearby;
+}
+
+std::vector<Pair> makeFarPairs(const std::string& scans, int repetitions, unsigned seed)
+{
+  std::vector<Pair> pairs = makePairs(scans, repetitions, seed);
+  PairList hills(seed);
+  for (int repetition = 0; repetition < repetitions; ++repetition)
+    for (const double overlap : {0.65, 0.8, 1.0})
+      hills.addHills(overlap);
+  for (Pair& pair : hills.take())
+    pairs.push_back(std::move(pair));
+  std::vector<Pair> far = relatedOnce(std::move(pairs));
+  Generator generator(seed);
+  for (Pair& pair : far) {
+    const Vector3d centre = centreOf(*pair.target), along = anyVector(generator).normalized();
+    std::normal_distribution<double> normal;
+    const double w = normal(generator), x = normal(generator), y = normal(generator), z = normal(generator);
+    const double shift = uniform(generator, 0, 2.5) * radiusOf(*pair.target);
+    pair.guess = Eigen::Translation3d(centre + shift * along) * Eigen::Quaterniond(w, x, y, z).normalized() *
+                 Eigen::Translation3d(-centre) * pair.truth;
+  }
+  return far;
 }
 
 double errorOf(const Pair& pair, const Eigen::Affine3d& answer)

@@ -30,6 +30,13 @@ std::vector<Pair> makePairs(const std::string& scans, int repetitions, unsigned 
 /// centre of the target and a quarter of its root mean square radius, some tenth of its extent.
 std::vector<Pair> makeNearbyPairs(const std::string& scans, int repetitions, unsigned seed);
 
+/// Those of them that have half or more in common, and smooth hills, each once, at a guess anywhere: of any rotation
+/// about the centre of the target, and as far as its extent.
+std::vector<Pair> makeFarPairs(const std::string& scans, int repetitions, unsigned seed);
+
+/// How far off, in spacings, a right answer may be.
+constexpr double right_spacings = 3;
+
 /// How far the source's points are, by root mean square, from where the truth has them.
 double errorOf(const Pair& pair, const Eigen::Affine3d& answer);
 
