@@ -193,6 +193,8 @@ private:
   template <typename PointT>
   Points normalsOf(const pcl::PointCloud<PointT>& cloud, KeptNormals& kept);
   void prepareNormalsOfBoth();
+  /// Without any the guess would be the answer.
+  void requireGivenNormals() const;
   void prepareCovariances();
   void prepareEstimator();
   RigidTransform startOf(const Matrix4& guess) const;

@@ -11,7 +11,8 @@ namespace pcl_gpu_icp {
 /// pcl::IterativeClosestPointWithNormals on an OpenCL device: Metric::Plane, with the target's normals; with
 /// setUseSymmetricObjective(true) Metric::Symmetric, with both clouds'. Where in addition
 /// setEnforceSameDirectionNormals(false) is asked for, PCL's own estimator makes the increments, on the host.
-/// setMetric() makes it one of the others. Everything else as in pcl_gpu_icp::IterativeClosestPoint.
+/// Normals that nobody computed, all zero or not finite, are an error (Reason::Error). setMetric() makes it one of the
+/// others. Everything else as in pcl_gpu_icp::IterativeClosestPoint.
 template <typename PointSource, typename PointTarget, typename Scalar = float>
 class IterativeClosestPointWithNormals
 : public DeviceIcp<pcl::IterativeClosestPointWithNormals<PointSource, PointTarget, Scalar>> {

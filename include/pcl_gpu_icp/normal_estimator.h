@@ -51,4 +51,8 @@ private:
   std::unique_ptr<Implementation> implementation_;
 };
 
+/// Normals that a caller gave.
+/// \throws InvalidArgument where no point has any: all are zero, as where nobody computed them, or not finite
+PCL_GPU_ICP_API void requireNormals(const Points& normals, const char* whose);
+
 } // namespace pcl_gpu_icp

@@ -11,6 +11,7 @@
 #include <pcl_gpu_icp/parallel_for.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <string>
 
@@ -24,6 +25,18 @@ constexpr std::size_t queries_at_once = 1 << 15;
 static_assert(NormalEstimator::most_neighbours == NEAREST_MOST, "the kernel's own limit");
 
 } // namespace
+
+void requireNormals(const Points& normals, const char* whose)
+{
+  for (std::size_t i = 0; i < normals.count; ++i) {
+    const float* normal = normals[i];
+    const float squared_length = normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2];
+    if (std::isfinite(squared_length) && squared_length > 0)
+      return;
+  }
+  throw InvalidArgument(std::string("no point of the ") + whose +
+                        " has a normal: all are zero or not finite; pcl::NormalEstimation computes them");
+}
 
 struct NormalEstimator::Implementation {
   Implementation(const Device& device, const opencl::Traits& traits, Precision wanted_precision)

@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <random>
 
 namespace pcl_gpu_icp::test {
@@ -118,6 +119,39 @@ TEST_P(IcpClasses, SymmetricObjectiveEndsWhereStocksDoesAndCanBeLeftAgain)
   EXPECT_EQ(ours.getResult().metric, Metric::Symmetric);
   ours.setUseSymmetricObjective(false);
   EXPECT_EQ(align(ours), planes);
+}
+
+TEST_P(IcpClasses, NormalsThatNobodyComputedAreNoAnswer)
+{
+  const auto without_normals = [](const Cloud& cloud, float value) {
+    const Cloud::Ptr changed(new Cloud(cloud));
+    for (PointNormal& point : *changed)
+      point.getNormalVector3fMap().setConstant(value);
+    return changed;
+  };
+  const auto messageOf = [this](const Cloud::Ptr& source, const Cloud::Ptr& target, bool symmetric) {
+    IterativeClosestPointWithNormals<PointNormal, PointNormal> icp;
+    icp.setCorrespondenceSearch(GetParam());
+    icp.setUseSymmetricObjective(symmetric);
+    icp.setInputSource(source);
+    icp.setInputTarget(target);
+    Cloud output;
+    icp.align(output);
+    EXPECT_NE(icp.hasConverged(), icp.getResult().reason == Reason::Error);
+    return icp.getResult().message;
+  };
+  for (const float value : {0.0F, std::numeric_limits<float>::quiet_NaN()})
+    for (const bool symmetric : {false, true}) {
+      EXPECT_EQ(
+          messageOf(source_, without_normals(*target_, value), symmetric).find("no point of the target has a normal"),
+          0U);
+      EXPECT_EQ(
+          messageOf(without_normals(*source_, value), target_, symmetric).find("no point of the source has a normal"),
+          symmetric ? 0U : std::string::npos);
+    }
+  const Cloud::Ptr all_but_one = without_normals(*target_, 0);
+  all_but_one->front() = target_->front();
+  EXPECT_EQ(messageOf(source_, all_but_one, false), "");
 }
 
 TEST_P(IcpClasses, EveryClassHasEveryMetric)

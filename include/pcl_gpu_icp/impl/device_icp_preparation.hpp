@@ -60,6 +60,7 @@ void DeviceIcp<PclIcp>::prepare(const Matrix4& guess)
 
   prepareCriteria();
   prepareMatching();
+  requireGivenNormals();
   prepareEstimator();
   prepareRejectors();
 }
@@ -233,6 +234,18 @@ void DeviceIcp<PclIcp>::prepareMetric()
   matcher_normals_ = 0;
   matcher_->setTargetNormals(normals);
   matcher_normals_ = fingerprint;
+}
+
+template <typename PclIcp>
+void DeviceIcp<PclIcp>::requireGivenNormals() const
+{
+  const bool symmetric = result_.metric == Metric::Symmetric;
+  if constexpr (pcl::traits::has_normal<PointTarget>::value)
+    if ((planes_ || symmetric) && result_.target_points > 0)
+      requireNormals(search::normalsOf(*this->target_), "target");
+  if constexpr (pcl::traits::has_normal<PointSource>::value)
+    if (symmetric && result_.source_points > 0)
+      requireNormals(search::normalsOf(*this->input_), "source");
 }
 
 template <typename PclIcp>
