@@ -218,7 +218,7 @@ void addPairOptions(CLI::App& command, AlignmentOptions& options)
       .add_flag("--once",
                 options.once,
                 "align once: a pose that is not good is not tried to be bettered as by --overlap auto, nor one that is "
-                "wrong, where no --guess is given, as by --guess auto")
+                "wrong or far from its start, where no --guess is given, as by --guess auto")
       ->group(group::robustness);
   command.add_flag("--strict", options.strict, "take no answer but one whose verdict is good")
       ->group(group::robustness);

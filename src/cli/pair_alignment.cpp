@@ -122,7 +122,7 @@ public:
   bool areSettled() const { return isSettled(best_->report); }
 
   /// Whether no pose near the guess is known to be the one.
-  bool leaveTheGuess() const
+  bool leavePoseOpen() const
   {
     const report::AlignmentReport& report = best_->report;
     return endingOf(report) != report::Ending::TooCoarse &&
@@ -188,7 +188,7 @@ alignPair(const CloudPair& pair, const AlignmentOptions& options, const StartSea
 
   if (!options.finds_overlap && !attempts.areSettled())
     attempts.add(search.fromOverlap(start));
-  if (!options.guess && attempts.leaveTheGuess()) {
+  if (!options.guess && attempts.leavePoseOpen()) {
     Start from = start;
     from.pair.guess = attempts.pose();
     const std::optional<Start> found = search.fromAnywhere(from);
