@@ -21,6 +21,8 @@ struct PoseCandidate {
   /// From 0 to 1: of the source's points, and of the target's that the source would show, how near they are to the
   /// other cloud, each for itself (Geman-McClure) and the two multiplied.
   double score = 0;
+  /// Matches of the clouds' features (Fast Point Feature Histograms, Rusu et al. 2009) that it puts on each other.
+  std::size_t support = 0;
   Quality quality; ///< of the pose on the clouds as they are
 };
 
@@ -37,12 +39,14 @@ struct PoseSearchResult {
   bool isAmbiguous() const { return rival() != nullptr; }
 };
 
-/// Where ICP starts when nothing is known of the pose: rotations spread evenly over all there are (Alexa,
-/// Super-Fibonacci Spirals, CVPR 2022), or over the headings, each with the centroids and with the origins of the
-/// clouds on each other. All are brought nearer by a few robust iterations on thinned clouds, many at once through the
-/// scheduler of a batch; the best go on, on finer clouds, and are judged in both directions. The same answer every
-/// time. A pose is found where the clouds have most of their surfaces in common: it is a start for ICP, within about a
-/// voxel of the finer thinning.
+/// Where ICP starts when nothing is known of the pose. First the poses on which matches of features agree (Fast Point
+/// Feature Histograms, Rusu et al. 2009; SC2-PCR, Chen et al., CVPR 2022): where one of them has most of the matches
+/// that is all. Else rotations spread evenly over all there are (Alexa, Super-Fibonacci Spirals, CVPR 2022), or over
+/// the headings, each with the centroids and with the origins of the clouds on each other. All are brought nearer by a
+/// few robust iterations on thinned clouds, many at once through the scheduler of a batch; the best go on, on finer
+/// clouds, and are judged in both directions. The same answer every time. A pose is found where the clouds have half of
+/// their surfaces in common, or one is a part of the other: it is a start for ICP, within about a voxel of the finer
+/// thinning.
 class PCL_GPU_ICP_API PoseSearch {
 public:
   explicit PoseSearch(const Device& device);
@@ -50,7 +54,7 @@ public:
   /// How the source may move from the guess: Motions::Rigid by default. With Yaw or Planar only headings are tried.
   void setMotions(Motions motions) { motions_ = motions; }
 
-  /// Called after each of `all` groups of starts.
+  /// Called after each of `all` groups of starts, which become fewer where no more are needed.
   void setProgress(std::function<void(std::size_t done, std::size_t all)> progress) { progress_ = std::move(progress); }
 
   /// Starts in flight at a time; 0, the default: as BatchSettings::lanes.

@@ -66,7 +66,8 @@ bool isFar(const report::AlignmentReport& report, const RigidTransform& guess, c
   return distanceBetween(report.transform, guess, report, pair) > far;
 }
 
-/// Enters what a search found. The rival is the pose that the alignment did not end at.
+/// Enters what a search found. The rival is the pose that the alignment did not end at: the search held that against
+/// it.
 void enter(report::SearchedGuess searched, report::AlignmentReport& report, const CloudPair& pair)
 {
   const auto away = [&](const report::FoundPose& pose) {
@@ -74,6 +75,9 @@ void enter(report::SearchedGuess searched, report::AlignmentReport& report, cons
   };
   if (searched.rival && away(*searched.rival) < away(searched.found))
     std::swap(searched.found, *searched.rival);
+  constexpr double elsewhere = 0.35; // 20 degrees
+  if (!searched.rival && away(searched.found) > elsewhere)
+    searched.rival = searched.found;
   report.searched_guess = searched;
 }
 

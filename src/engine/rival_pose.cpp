@@ -21,6 +21,13 @@ bool fitsPlainly(const PoseCandidate& pose, const PoseCandidate& best)
   return judge(pose.quality).verdict == Verdict::Good && fitOf(pose.quality) > nearly * fitOf(best.quality);
 }
 
+/// Whether features, which tell apart what only points have in common, are all for the best.
+bool isOutvoted(const PoseCandidate& pose, const PoseCandidate& best)
+{
+  constexpr std::size_t by_chance = 10, times_more = 2;
+  return times_more * (pose.support + by_chance) <= best.support + by_chance;
+}
+
 /// The share, of one cloud or the other, that is in view of the other and not there.
 double unexplained(const PoseCandidate& pose)
 {
@@ -42,7 +49,7 @@ const PoseCandidate* PoseSearchResult::rival() const&
   for (std::size_t i = 1; i < poses.size(); ++i) {
     const PoseCandidate& pose = poses[i];
     if ((fitsNearlyAsWell(pose, poses[0]) || fitsPlainly(pose, poses[0])) && !isRefuted(pose, poses[0]) &&
-        (!rival || fitOf(pose.quality) > fitOf(rival->quality)))
+        !isOutvoted(pose, poses[0]) && (!rival || fitOf(pose.quality) > fitOf(rival->quality)))
       rival = &pose;
   }
   return rival;

@@ -64,7 +64,7 @@ std::vector<PlacedPoint> voxelMeans(const std::vector<PlacedPoint>& points, doub
   return means;
 }
 
-double voxelSizeFor(const std::vector<PlacedPoint>& points, std::size_t voxels)
+double voxelSizeFor(const std::vector<PlacedPoint>& points, std::size_t voxels, double fewest_each)
 {
   // Of a surface the number of voxels falls with the square of their size; a few steps come near enough.
   constexpr int steps = 8;
@@ -80,7 +80,7 @@ double voxelSizeFor(const std::vector<PlacedPoint>& points, std::size_t voxels)
   const auto same = [](const PlacedPoint& a, const PlacedPoint& b) { return std::equal(a.xyz, a.xyz + 3, b.xyz); };
   std::sort(samples.begin(), samples.end(), before);
   samples.erase(std::unique(samples.begin(), samples.end(), same), samples.end());
-  voxels = std::min(voxels, samples.size() / 2); // finer voxels hold a point each
+  voxels = std::min(voxels, static_cast<std::size_t>(static_cast<double>(samples.size()) / fewest_each));
   double extent = 0;
   for (const double largest : bulk.largest(viewOf(points)))
     extent = std::max(extent, largest);

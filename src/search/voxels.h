@@ -11,8 +11,8 @@ namespace pcl_gpu_icp::search {
 /// \param size of a voxel; what is beyond 2^20 voxels from 0 is left out
 std::vector<PlacedPoint> voxelMeans(const std::vector<PlacedPoint>& points, double size);
 
-/// The size of voxels of which about so many have points, or half as many as there are points; 0 where all are at one
-/// place.
-double voxelSizeFor(const std::vector<PlacedPoint>& points, std::size_t voxels);
+/// The size of voxels of which about so many have points, each `fewest_each` of them on average at least: finer voxels
+/// hold a point each; 0 where all are at one place.
+double voxelSizeFor(const std::vector<PlacedPoint>& points, std::size_t voxels, double fewest_each = 2);
 
 } // namespace pcl_gpu_icp::search

@@ -111,7 +111,7 @@ TEST_F(PoseSearching, FindsAnyRotation)
     EXPECT_LT(metresOff(found.poses[0].transform, truth, source), 0.2);
     EXPECT_GT(found.poses[0].score, 0.5);
     EXPECT_FALSE(found.isAmbiguous());
-    EXPECT_GT(found.starts, 500U);
+    EXPECT_LT(found.starts, 20U) << "features lead to it";
   }
 }
 
@@ -135,6 +135,30 @@ TEST_F(PoseSearching, FindsAPartOfTheTarget)
     ASSERT_FALSE(found.poses.empty());
     EXPECT_LT(degreesOff(found.poses[0].transform, truth), 4);
     EXPECT_LT(metresOff(found.poses[0].transform, truth, source), 0.3);
+  }
+}
+
+TEST_F(PoseSearching, FindsHalvesByWhatTheyHaveInCommon)
+{
+  // Hills of which the clouds share the middle third, half of each.
+  const auto hills = [this] {
+    Cloud cloud(3, 8000);
+    for (int i = 0; i < cloud.cols(); ++i) {
+      const double x = random.uniform(-3, 3), y = random.uniform(-2, 2);
+      cloud.col(i) = Vector3d(x, y, 0.3 * std::sin(3 * x + y * y) + 0.2 * std::cos(2 * y + x)).cast<float>();
+    }
+    return cloud;
+  };
+  const Cloud target = cut(hills(), -1, 1), part = cut(hills(), 1, 1);
+  for (int trial = 0; trial < 3; ++trial) {
+    SCOPED_TRACE(trial);
+    const Isometry3d truth = random.motion(5);
+    const Cloud source = moved(part, truth.inverse());
+    const PoseSearchResult found = poses.search(viewOf(source), viewOf(target));
+    ASSERT_FALSE(found.poses.empty());
+    EXPECT_LT(degreesOff(found.poses[0].transform, truth), 4);
+    EXPECT_LT(metresOff(found.poses[0].transform, truth, source), 0.3);
+    EXPECT_GT(found.poses[0].support, 10U);
   }
 }
 
@@ -197,6 +221,12 @@ TEST(PoseSearchResult, HasARivalWhereAnotherPoseFitsAsWellOrPlainly)
   EXPECT_EQ(rivalOf(posed(0.9, 0.8), {crossing}), 0);
   EXPECT_EQ(rivalOf(posed(0.99, 0.99), {posed(0.95, 0.9)}), 0); // where the best explains all
   EXPECT_EQ(rivalOf(posed(0.99, 0.99), {posed(0.95, 0.98)}), 1);
+  PoseCandidate supported = posed(0.9, 0.8), other = posed(0.9, 0.8);
+  supported.support = 70;
+  other.support = 31; // more than half as many, but for the ten that are chance
+  EXPECT_EQ(rivalOf(supported, {other}), 1);
+  other.support = 30;
+  EXPECT_EQ(rivalOf(supported, {other}), 0);
   PoseCandidate unmeasured;
   unmeasured.score = 0.5;
   EXPECT_EQ(rivalOf(unmeasured, {unmeasured}), 1);
@@ -280,7 +310,6 @@ TEST_F(PoseSearching, FarFromTheOriginAndInOtherUnitsIsTheSame)
 
 TEST_F(PoseSearching, TellsHowFarItIs)
 {
-  const Cloud target = scene(random, 1000);
   std::size_t last = 0, of = 0;
   poses.setProgress([&](std::size_t done, std::size_t all) {
     EXPECT_EQ(done, last + 1);
@@ -288,8 +317,14 @@ TEST_F(PoseSearching, TellsHowFarItIs)
     last = done;
     of = all;
   });
-  poses.search(viewOf(target), viewOf(target));
-  EXPECT_GT(last, 10U);
+  const Cloud plain = scene(random, 1000);
+  poses.search(viewOf(plain), viewOf(plain));
+  EXPECT_GT(last, 1U);
+  EXPECT_EQ(last, of);
+  last = of = 0;
+  const auto ball = [this] { return random.directions(1000); }; // which no feature tells how to turn
+  poses.search(viewOf(ball()), viewOf(ball()));
+  EXPECT_GT(last, 50U);
   EXPECT_EQ(last, of);
 }
 
