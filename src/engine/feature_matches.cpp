@@ -1,5 +1,6 @@
 #include "feature_matches.h"
 
+#include "geometry/rotation_vector.h"
 #include "search/point_features.h"
 #include "search/voxels.h"
 #include "symmetric_eigen.h"
@@ -28,10 +29,28 @@ double angle(const Vector& a, const Vector& b) { return std::acos(std::min(std::
 /// The size of voxels that tell enough of both clouds, and of which comparing each with each takes no time.
 double voxelSizeOf(const std::vector<PlacedPoint>& source, const std::vector<PlacedPoint>& target)
 {
-  constexpr std::size_t of_source = 1500, of_target = 6000;
+  constexpr std::size_t of_source = 3000, of_target = 6000;
   constexpr double fewest_each = 1.25;
   return std::max(search::voxelSizeFor(source, of_source, fewest_each),
                   search::voxelSizeFor(target, of_target, fewest_each));
+}
+
+std::vector<PlacedPoint> movedBy(const RigidTransform& motion, std::vector<PlacedPoint> points)
+{
+  for (PlacedPoint& point : points) {
+    const Vector moved = motion(point.xyz[0], point.xyz[1], point.xyz[2]);
+    std::transform(moved.begin(), moved.end(), point.xyz, [](double x) { return static_cast<float>(x); });
+  }
+  return points;
+}
+
+/// Means of voxels that lie askew to those of another cloud: what a grid makes of a copy is else the same pattern, and
+/// would say of a cube which of its faces is which.
+std::vector<PlacedPoint> askewMeans(const std::vector<PlacedPoint>& points, double size)
+{
+  RigidTransform turn;
+  turn.rotation = rotationBy({0.4, 0.7, 1.1});
+  return movedBy(inverse(turn), search::voxelMeans(movedBy(turn, points), size));
 }
 
 /// Sets of matches, a bit each.
@@ -129,12 +148,11 @@ FeatureMatches::FeatureMatches(const Device& device,
   constexpr std::size_t matches_at_most = 800;
   if (!(voxel_ > 0))
     return;
-  const ThinPair thin(source_points, target_points, voxel_);
+  const auto source = search::voxelMeans(source_points, voxel_), target = askewMeans(target_points, voxel_);
   const unsigned threads = share ? 1 : effectiveThreads(0);
   NormalEstimator estimator(device, Precision::Float);
   estimator.setShare(share);
-  const auto source_normals = estimator.estimate(viewOf(thin.source)),
-             target_normals = estimator.estimate(viewOf(thin.target));
+  const auto source_normals = estimator.estimate(viewOf(source)), target_normals = estimator.estimate(viewOf(target));
   const auto featuresOf = [&](const auto& points, const auto& normals) {
     return search::pointFeatures(points, normals, radius * voxel_, threads);
   };
@@ -142,9 +160,9 @@ FeatureMatches::FeatureMatches(const Device& device,
     return SurfacePoint{{point.xyz[0], point.xyz[1], point.xyz[2]}, {normal[0], normal[1], normal[2]}};
   };
   for (const search::FeatureMatch& match : search::mutualMatches(
-           featuresOf(thin.source, source_normals), featuresOf(thin.target, target_normals), matches_at_most, threads))
-    matches_.push_back({surfacePoint(thin.source[match.source], source_normals[match.source]),
-                        surfacePoint(thin.target[match.target], target_normals[match.target])});
+           featuresOf(source, source_normals), featuresOf(target, target_normals), matches_at_most, threads))
+    matches_.push_back({surfacePoint(source[match.source], source_normals[match.source]),
+                        surfacePoint(target[match.target], target_normals[match.target])});
   for (const Match& match : matches_)
     for (int axis = 0; axis < 3; ++axis)
       centre_[axis] += match.source.place[axis] / static_cast<double>(matches_.size());

@@ -246,7 +246,7 @@ PoseSearchResult PoseSearch::search(const Points& source, const Points& target, 
 
   const bool to_planes = hasSurfaces(fine, motions_);
   // The guess goes on wherever it ranks, and may be there twice.
-  const std::size_t groups_to_settle = Level::groupsOf(after_third + 2) + 1;
+  const std::size_t groups_to_settle = Level::groupsOf(2 * after_third + 2) + 1;
   const std::size_t groups_by_features = Level::groupsOf(by_features + 1) + groups_to_settle;
   const std::size_t groups_of_starts = Level::groupsOf(starts.size()) + Level::groupsOf(after_first + 1) +
                                        Level::groupsOf(after_second + 1) + groups_to_settle;
@@ -256,32 +256,38 @@ PoseSearchResult PoseSearch::search(const Points& source, const Points& target, 
   std::unique_ptr<FeatureMatches> features;
   if (to_planes)
     features = std::make_unique<FeatureMatches>(device_, source_points, target_points, share_);
-  const auto rank = [&](Candidates& candidates) {
+  const auto measure = [&](Candidate& candidate) {
+    candidate.score = score(candidate.transform);
+    candidate.support = features ? features->support(candidate.transform) : 0;
+  };
+  const auto rankOf = [](const Candidate& candidate) {
     constexpr double by_chance = 10; // matches that agree on a pose which is none
-    double most = by_chance;
-    for (Candidate& candidate : candidates) {
-      candidate.score = score(candidate.transform);
-      candidate.support = features ? features->support(candidate.transform) : 0;
-      most = std::max(most, by_chance + static_cast<double>(candidate.support));
+    return candidate.score * (by_chance + static_cast<double>(candidate.support));
+  };
+  const auto bringNearer = [&](Candidates& candidates, const Round& round) {
+    const Candidates before = candidates;
+    finer.bringNearer(candidates, round, progress);
+    for (std::size_t i = 0; i < candidates.size(); ++i) {
+      measure(candidates[i]);
+      // A loss draws a half towards what it does not share; features tell.
+      constexpr double most = 0.7;
+      if (features && static_cast<double>(candidates[i].support) <
+                          most * static_cast<double>(features->support(before[i].transform))) {
+        candidates[i] = before[i];
+        measure(candidates[i]);
+      }
     }
-    sortBy([&](const Candidate& each) { return each.score * (by_chance + static_cast<double>(each.support)) / most; },
-           candidates);
+    sortBy(rankOf, candidates);
     keepDistinct(candidates, from, 3 * coarse.voxel);
     keep(candidates, after_third);
   };
-  const auto settle = [&](Candidates& candidates) {
-    rank(candidates);
-    finer.bringNearer(candidates, {10, 1}, progress);
-    rank(candidates);
-  };
-
   Candidates candidates{starts[0]};
   if (features)
     for (const RigidTransform& pose : features->poses(by_features))
       candidates.push_back(allowed(pose));
   result.starts = candidates.size();
-  finer.bringNearer(candidates, {15, 2}, progress);
-  settle(candidates);
+  bringNearer(candidates, {15, 2});
+  bringNearer(candidates, {10, 1});
   if (areDecided(candidates))
     progress.expect(1);
   progress.add();
@@ -296,9 +302,9 @@ PoseSearchResult PoseSearch::search(const Points& source, const Points& target, 
     sortBy(byScore, starts);
     keepDistinct(starts, from, 3 * coarse.voxel);
     keep(starts, after_second);
-    finer.bringNearer(starts, {15, 4}, progress);
+    bringNearer(starts, {15, 4});
     candidates.insert(candidates.begin(), starts.begin(), starts.end());
-    settle(candidates);
+    bringNearer(candidates, {10, 1});
     progress.expect(1);
     progress.add();
   }

@@ -161,6 +161,14 @@ constexpr std::size_t none = ~std::size_t(0);
 struct Nearest {
   std::size_t place = none;
   float squared_distance = std::numeric_limits<float>::infinity();
+  float next_squared_distance = std::numeric_limits<float>::infinity();
+
+  /// Where a cloud is symmetric several are as near, and none is the one.
+  bool isTheOne() const
+  {
+    constexpr float rounding = 1e-6F;
+    return next_squared_distance > squared_distance + rounding;
+  }
 };
 
 /// Of each of the features the nearest known one of others.
@@ -189,7 +197,9 @@ nearestOf(const std::vector<PointFeature>& features, const std::vector<PointFeat
       }
       for (std::size_t j = 0; j < count; ++j)
         if (squared[j] < nearest[i].squared_distance)
-          nearest[i] = {j, squared[j]};
+          nearest[i] = {j, squared[j], nearest[i].squared_distance};
+        else
+          nearest[i].next_squared_distance = std::min(nearest[i].next_squared_distance, squared[j]);
     }
   });
   return nearest;
@@ -226,7 +236,8 @@ std::vector<FeatureMatch> mutualMatches(const std::vector<PointFeature>& source,
                              of_target = nearestOf(target, source, threads);
   std::vector<FeatureMatch> matches;
   for (std::size_t i = 0; i < of_source.size(); ++i)
-    if (of_source[i].place != none && of_target[of_source[i].place].place == i)
+    if (of_source[i].place != none && of_source[i].isTheOne() && of_target[of_source[i].place].place == i &&
+        of_target[of_source[i].place].isTheOne())
       matches.push_back({i, of_source[i].place});
   const auto bySource = [](const FeatureMatch& a, const FeatureMatch& b) { return a.source < b.source; };
   if (matches.size() > most) {

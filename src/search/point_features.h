@@ -25,7 +25,8 @@ std::vector<PointFeature> pointFeatures(const std::vector<PlacedPoint>& points,
                                         double radius,
                                         unsigned threads);
 
-/// A source and a target point, by their place in their clouds, each of whose features is the other's nearest.
+/// A source and a target point, by their place in their clouds, each of whose features is the other's nearest and no
+/// other is as near.
 struct FeatureMatch {
   std::size_t source, target;
 };

@@ -190,7 +190,7 @@ class Options(CommandTest):
         self.assertIsNone(from_there["searched_guess"])
         found = self.align(source, target, "--guess", "auto", "--strict")
         self.assertLess(self.farthest(found["transform"], scene, away), 1e-3)
-        self.assertGreater(found["searched_guess"]["starts"], 500)
+        self.assertGreater(found["searched_guess"]["starts"], 1)
         self.assertGreater(found["searched_guess"]["score"], 0.5)
         self.assertIn("guess", found["times_ms"])
         self.assertIsNone(self.align(source, source)["searched_guess"])

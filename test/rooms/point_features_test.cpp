@@ -125,6 +125,24 @@ TEST(PointFeatures, AreNoneWithoutANormalOrANeighbour)
   EXPECT_TRUE(mutualMatches({}, features, 10, 1).empty());
 }
 
+TEST(PointFeatures, OfWhatIsSymmetricMatchNothing)
+{
+  // The faces of a cube, in a grid: a turn by 90 degrees is the same.
+  Surface cube;
+  for (int axis = 0; axis < 3; ++axis)
+    for (const double side : {-1.0, 1.0})
+      for (int i = -4; i <= 4; ++i)
+        for (int j = -4; j <= 4; ++j) {
+          Vector3d place(side, i / 5.0, j / 5.0), normal(side, 0, 0);
+          std::rotate(place.data(), place.data() + axis, place.data() + 3);
+          std::rotate(normal.data(), normal.data() + axis, normal.data() + 3);
+          cube.add(place, normal);
+        }
+  const auto features = cube.features();
+  EXPECT_TRUE(std::all_of(features.begin(), features.end(), [](const PointFeature& each) { return each.is_known; }));
+  EXPECT_TRUE(mutualMatches(features, features, 1000, 1).empty());
+}
+
 TEST(PointFeatures, AreTheSameForAnyNumberOfThreads)
 {
   const Surface surface = hills(Eigen::Isometry3d::Identity(), 1);

@@ -141,11 +141,15 @@ TEST_F(PoseSearching, FindsAPartOfTheTarget)
 TEST_F(PoseSearching, FindsHalvesByWhatTheyHaveInCommon)
 {
   // Hills of which the clouds share the middle third, half of each.
-  const auto hills = [this] {
+  const Cloud tops = random.cloud(16, {3, 2, 0.5}, {0, 0, 0});
+  const auto hills = [&] {
     Cloud cloud(3, 8000);
     for (int i = 0; i < cloud.cols(); ++i) {
       const double x = random.uniform(-3, 3), y = random.uniform(-2, 2);
-      cloud.col(i) = Vector3d(x, y, 0.3 * std::sin(3 * x + y * y) + 0.2 * std::cos(2 * y + x)).cast<float>();
+      double z = 0;
+      for (int top = 0; top < tops.cols(); ++top)
+        z += tops(2, top) * std::exp(-8 * (std::pow(x - tops(0, top), 2) + std::pow(y - tops(1, top), 2)));
+      cloud.col(i) = Vector3d(x, y, z).cast<float>();
     }
     return cloud;
   };
