@@ -66,8 +66,7 @@ bool isFar(const report::AlignmentReport& report, const RigidTransform& guess, c
   return distanceBetween(report.transform, guess, report, pair) > far;
 }
 
-/// Enters what a search found. The rival is the pose that the alignment did not end at: the search held that against
-/// it.
+/// Enters what a search found. The rival is a pose that it held against the one where the alignment ended.
 void enter(report::SearchedGuess searched, report::AlignmentReport& report, const CloudPair& pair)
 {
   const auto away = [&](const report::FoundPose& pose) {

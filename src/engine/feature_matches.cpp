@@ -1,5 +1,6 @@
 #include "feature_matches.h"
 
+#include "geometry/quaternion.h"
 #include "geometry/rotation_vector.h"
 #include "search/point_features.h"
 #include "search/voxels.h"
@@ -119,17 +120,8 @@ RigidTransform bestTransform(const Matches& matches)
   for (std::size_t i = 1; i < 4; ++i)
     if (n[i][i] > n[largest][largest])
       largest = i;
-  const double w = vectors[0][largest], x = vectors[1][largest], y = vectors[2][largest], z = vectors[3][largest];
   RigidTransform result;
-  result.rotation = {1 - 2 * (y * y + z * z),
-                     2 * (x * y - w * z),
-                     2 * (x * z + w * y),
-                     2 * (x * y + w * z),
-                     1 - 2 * (x * x + z * z),
-                     2 * (y * z - w * x),
-                     2 * (x * z - w * y),
-                     2 * (y * z + w * x),
-                     1 - 2 * (x * x + y * y)};
+  result.rotation = rotationOf({vectors[0][largest], vectors[1][largest], vectors[2][largest], vectors[3][largest]});
   result.translation = to - result(from[0], from[1], from[2]);
   return result;
 }

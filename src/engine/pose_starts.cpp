@@ -1,5 +1,7 @@
 #include "pose_starts.h"
 
+#include "geometry/quaternion.h"
+
 #include <cmath>
 #include <cstddef>
 
@@ -16,15 +18,7 @@ std::array<double, 9> superFibonacci(std::size_t i, std::size_t n)
   const double s = static_cast<double>(i) + 0.5, t = s / static_cast<double>(n), d = 2 * pi * s;
   const double r = std::sqrt(t), R = std::sqrt(1 - t), alpha = d / phi, beta = d / psi;
   const double x = r * std::sin(alpha), y = r * std::cos(alpha), z = R * std::sin(beta), w = R * std::cos(beta);
-  return {1 - 2 * (y * y + z * z),
-          2 * (x * y - w * z),
-          2 * (x * z + w * y),
-          2 * (x * y + w * z),
-          1 - 2 * (x * x + z * z),
-          2 * (y * z - w * x),
-          2 * (x * z - w * y),
-          2 * (y * z + w * x),
-          1 - 2 * (x * x + y * y)};
+  return rotationOf({w, x, y, z});
 }
 
 } // namespace

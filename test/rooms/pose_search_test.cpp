@@ -92,6 +92,14 @@ Cloud cut(const Cloud& cloud, double side, double limit)
   return part;
 }
 
+void expectFound(
+    const PoseSearchResult& found, const Isometry3d& truth, const Cloud& source, double degrees, double metres)
+{
+  ASSERT_FALSE(found.poses.empty());
+  EXPECT_LT(degreesOff(found.poses[0].transform, truth), degrees);
+  EXPECT_LT(metresOff(found.poses[0].transform, truth, source), metres);
+}
+
 class PoseSearching : public testing::Test {
 protected:
   Random random{11};
@@ -106,9 +114,7 @@ TEST_F(PoseSearching, FindsAnyRotation)
     const Isometry3d truth = random.motion(20);
     const Cloud source = moved(scene(random, 5000), truth.inverse());
     const PoseSearchResult found = poses.search(viewOf(source), viewOf(target));
-    ASSERT_FALSE(found.poses.empty());
-    EXPECT_LT(degreesOff(found.poses[0].transform, truth), 3);
-    EXPECT_LT(metresOff(found.poses[0].transform, truth, source), 0.2);
+    ASSERT_NO_FATAL_FAILURE(expectFound(found, truth, source, 3, 0.2));
     EXPECT_GT(found.poses[0].score, 0.5);
     EXPECT_FALSE(found.isAmbiguous());
     EXPECT_LT(found.starts, 20U) << "features lead to it";
@@ -132,9 +138,7 @@ TEST_F(PoseSearching, FindsAPartOfTheTarget)
     const Isometry3d truth = random.motion(5);
     const Cloud source = moved(part, truth.inverse());
     const PoseSearchResult found = poses.search(viewOf(source), viewOf(target));
-    ASSERT_FALSE(found.poses.empty());
-    EXPECT_LT(degreesOff(found.poses[0].transform, truth), 4);
-    EXPECT_LT(metresOff(found.poses[0].transform, truth, source), 0.3);
+    ASSERT_NO_FATAL_FAILURE(expectFound(found, truth, source, 4, 0.3));
   }
 }
 
@@ -159,9 +163,7 @@ TEST_F(PoseSearching, FindsHalvesByWhatTheyHaveInCommon)
     const Isometry3d truth = random.motion(5);
     const Cloud source = moved(part, truth.inverse());
     const PoseSearchResult found = poses.search(viewOf(source), viewOf(target));
-    ASSERT_FALSE(found.poses.empty());
-    EXPECT_LT(degreesOff(found.poses[0].transform, truth), 4);
-    EXPECT_LT(metresOff(found.poses[0].transform, truth, source), 0.3);
+    ASSERT_NO_FATAL_FAILURE(expectFound(found, truth, source, 4, 0.3));
     EXPECT_GT(found.poses[0].support, 10U);
   }
 }
