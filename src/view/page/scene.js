@@ -10,11 +10,13 @@ const POINT_VERTEX = `
   attribute float after;
   uniform float time;
   uniform float size;
+  uniform float nearer;
   varying float distance_;
   void main() {
     distance_ = mix(before, after, time);
     gl_PointSize = size;
     gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0);
+    gl_Position.z -= nearer * gl_Position.w;
   }`;
 const POINT_FRAGMENT = `
   uniform vec3 colour;
@@ -33,12 +35,19 @@ const POINT_FRAGMENT = `
     gl_FragColor = vec4(by_distance ? ramp(place) : colour, 1.0);
   }`;
 
-function cloudMaterial(colour, size) {
+// Of the depth from -1 to 1: about a thousandth of the way to the middle, less than a mark's size. So far behind the
+// target a source's point is still drawn over it, as rounding would hide what lies on the target; a target's mark is
+// wider, so that it is seen around it.
+const NEARER = 1e-5;
+const TARGET_WIDER = 1.4;
+
+function cloudMaterial(colour, size, nearer) {
   return new THREE.ShaderMaterial({
     vertexShader: POINT_VERTEX,
     fragmentShader: POINT_FRAGMENT,
     uniforms: {
-      colour: { value: new THREE.Color(colour) }, size: { value: size }, time: { value: 1 },
+      colour: { value: new THREE.Color(colour) }, size: { value: size }, nearer: { value: nearer },
+      time: { value: 1 },
       by_distance: { value: false }, range: { value: new THREE.Vector2(1, 2) } } });
 }
 
@@ -102,11 +111,12 @@ class Scene {
     const sizeFor = (points) =>
       window.devicePixelRatio * Math.min(5, Math.max(1.6, 5 - Math.log10(points / 300) * 1.3));
     const none = new Float32Array(target.length / 3);
-    this.target = pointsOf(target, none, none, cloudMaterial(COLOURS.target, sizeFor(target.length / 3)));
+    const size = TARGET_WIDER * sizeFor(target.length / 3);
+    this.target = pointsOf(target, none, none, cloudMaterial(COLOURS.target, size, 0));
     this.world.add(this.target);
     const before = floats(pair.poses[0].block);
     this.sources = pair.poses.slice(1).map((pose, i) => {
-      const material = cloudMaterial(i ? COLOURS.second : COLOURS.source, sizeFor(source.length / 3));
+      const material = cloudMaterial(i ? COLOURS.second : COLOURS.source, sizeFor(source.length / 3), NEARER);
       material.uniforms.range.value.set(pair.histogram.edges[0], pair.histogram.edges[pair.histogram.edges.length - 1]);
       const points = pointsOf(source, before, floats(pose.block), material);
       this.world.add(points);
