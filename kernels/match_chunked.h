@@ -3,6 +3,7 @@
 #ifndef PCL_GPU_ICP_MATCH_CHUNKED_H
 #define PCL_GPU_ICP_MATCH_CHUNKED_H
 
+#include "keep_chunked.h"
 #pragma OPENCL FP_CONTRACT ON
 
 // pose: 12 of 16 floats, rows of [R | t], from the source's frame to the target's
@@ -148,10 +149,10 @@ search_uncertain(const Source* source, uint i, const Tree* tree, const Effort* e
   found->nearest_sq = select(found->nearest_sq, search.distances_sq[0], searched);
   found->nearest = select(found->nearest, search.positions[0], searched);
   // Of what is so far that its square is infinite nothing is known.
-  const float16 bound_sq = min(search.bound_sq, MAXFLOAT);
-  const float16 rows[5] = {search.queries.x,
-                           search.queries.y,
-                           search.queries.z,
+  const float16 bound_sq = min(search.walk.bound_sq, MAXFLOAT);
+  const float16 rows[5] = {search.walk.queries.x,
+                           search.walk.queries.y,
+                           search.walk.queries.z,
                            sqrt(min(search.distances_sq[1], bound_sq)),
                            sqrt(bound_sq)};
   for (uint r = 0; r < 5; ++r) {

@@ -2,6 +2,9 @@
 #define KEPT_MOST NEAREST_MOST
 #include "block.h"
 #include "tree.h"
+#ifdef CHUNKED
+#include "keep_chunked.h"
+#endif
 
 // queries: rows x, y, z of `stride` floats, the first n of them queries, close ones next to each other
 // k: at most NEAREST_MOST

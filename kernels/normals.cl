@@ -1,178 +1,182 @@
 // Surface normals: at every query the direction in which the covariance of its nearest points is least (Hoppe et al.
 // 1992): a unit vector, or NaN where the points do not span a plane.
-#include "nearest.cl"
-#include "svd3.h"
-
+#define KEPT_MOST NEAREST_MOST
+#include "block.h"
+#include "least_direction.h"
+#include "tree.h"
 #pragma OPENCL FP_CONTRACT ON
 
-// queries, stride, n, leaves: as in nearest.cl; positions: what it found, k rows of `stride` entries; -1: no more
+// What neighbours sum up to, their coordinates about the query's.
+typedef struct {
+  lanes count, x, y, z;
+  Symmetric products;
+} Moments;
+
 // resolution_sq: variance below which a direction is only the coordinates' rounding
-// normals: rows x, y, z of `stride` floats
+static inline Direction normal_of(const Moments* m, float resolution_sq)
+{
+  const lanes each = 1 / m->count;
+  const Symmetric about_mean = {m->products.xx - m->x * m->x * each,
+                                m->products.xy - m->x * m->y * each,
+                                m->products.xz - m->x * m->z * each,
+                                m->products.yy - m->y * m->y * each,
+                                m->products.yz - m->y * m->z * each,
+                                m->products.zz - m->z * m->z * each};
+  const lanes shrink = 1 / trace(about_mean);
+  return least_direction(scaled(about_mean, shrink),
+                         fmax((lanes)(16 * REAL_EPSILON), m->count * resolution_sq * shrink));
+}
 
 #ifdef CHUNKED
 
-// Quadratic convergence: the fourth sweep finds nothing left to turn but for rounding.
-#define SWEEPS 6
-
-// A symmetric matrix in each lane, and the rotation that diagonalises it.
+// Sixteen queries' neighbours: how far they are on a first walk, and what they sum up to on a second.
 typedef struct {
-  real_lanes entries[3][3]; // of which those on and above the diagonal are in use
-  real_lanes vectors[3][3]; // columns
-} Decomposition;
+  Walk walk;
+  bool sums;
+  uint k;
+  float16 distances_sq[NEAREST_MOST]; // of the k nearest, ascending
+  Moments moments;
+} Neighbourhood;
 
-// Jacobi's rotation of rows and columns i < j; k is the third.
-static inline void rotate_lanes(Decomposition* e, int i, int j, int k)
+// Four points at a time: a row is loaded and stored once for them.
+static inline void keep_distances(Neighbourhood* found, global const float* restrict points)
 {
-  const real_lanes off = e->entries[i][j];
-  const real_lanes zeta = (e->entries[j][j] - e->entries[i][i]) / (2 * off);
-  const real_lanes turn = copysign((real_lanes)(1), zeta) / (fabs(zeta) + sqrt(1 + zeta * zeta));
-  const real_lanes tangent = off == 0 ? (real_lanes)(0) : turn;
-  const real_lanes cosine = 1 / sqrt(1 + tangent * tangent), sine = cosine * tangent;
-  e->entries[i][i] -= tangent * off;
-  e->entries[j][j] += tangent * off;
-  e->entries[i][j] = 0;
-  real_lanes* ik = k < i ? &e->entries[k][i] : &e->entries[i][k];
-  real_lanes* jk = k < j ? &e->entries[k][j] : &e->entries[j][k];
-  const real_lanes held = *ik;
-  *ik = cosine * held - sine * *jk;
-  *jk = sine * held + cosine * *jk;
-  for (int row = 0; row < 3; ++row) {
-    const real_lanes a = e->vectors[row][i], b = e->vectors[row][j];
-    e->vectors[row][i] = cosine * a - sine * b;
-    e->vectors[row][j] = sine * a + cosine * b;
-  }
-}
-
-// What the neighbours of LANES queries sum up to, their coordinates about the query's.
-typedef struct {
-  real_lanes first[3], second[3][3];
-  real_lanes count;
-} Moments;
-
-static inline Moments moments_of(global const float* restrict queries,
-                                 uint stride,
-                                 global const float* restrict leaves,
-                                 global const int* restrict positions,
-                                 uint k)
-{
-  Moments m;
-  m.count = 0;
-  for (int a = 0; a < 3; ++a) {
-    m.first[a] = 0;
-    for (int b = 0; b < 3; ++b)
-      m.second[a][b] = 0;
-  }
-  for (uint row = 0; row < k; ++row) {
-    float offset[3][LANES], there[LANES];
-    for (int lane = 0; lane < LANES; ++lane) {
-      const int position = positions[row * stride + lane];
-      there[lane] = position < 0 ? 0 : 1;
-      global const float* p = leaves + max(position, 0) / LEAF_POINTS * LEAF_WORDS + max(position, 0) % LEAF_POINTS;
-      for (int axis = 0; axis < 3; ++axis)
-        offset[axis][lane] = position < 0 ? 0 : p[axis * LEAF_POINTS] - queries[axis * stride + lane];
-    }
-    m.count += load_lanes(there);
-    real_lanes d[3];
-    for (int axis = 0; axis < 3; ++axis)
-      d[axis] = load_lanes(offset[axis]);
-    for (int a = 0; a < 3; ++a) {
-      m.first[a] += d[a];
-      for (int b = a; b < 3; ++b)
-        m.second[a][b] += d[a] * d[b];
-    }
-  }
-  return m;
-}
-
-// A work-item per block of POINTS_PER_MATCH_BLOCK queries, LANES of them at a time.
-kernel void normals(global const float* restrict queries,
-                    uint stride,
-                    uint n,
-                    global const float* restrict leaves,
-                    global const int* restrict positions,
-                    uint k,
-                    float resolution_sq,
-                    global float* restrict normals)
-{
-  const uint begin = get_block() * POINTS_PER_MATCH_BLOCK;
-  const uint end = min(begin + POINTS_PER_MATCH_BLOCK, n);
-  for (uint i = begin; i < end; i += LANES) {
-    const Moments m = moments_of(queries + i, stride, leaves, positions + i, k);
-    Decomposition e;
-    for (int a = 0; a < 3; ++a)
-      for (int b = 0; b < 3; ++b) {
-        e.entries[a][b] = m.second[a][b] - m.first[a] * m.first[b] / m.count;
-        e.vectors[a][b] = a == b ? 1 : 0;
+  for (int i = 0; i < LEAF_POINTS; i += 4) {
+    float16 carried_sq[4];
+#pragma unroll
+    for (int j = 0; j < 4; ++j)
+      carried_sq[j] = point_distances(found->walk.queries, points + i + j);
+    const float16 nearest_sq = min(min(carried_sq[0], carried_sq[1]), min(carried_sq[2], carried_sq[3]));
+    if (!any_of(nearest_sq < found->walk.radius_sq))
+      continue;
+    for (uint row = 0; row < found->k; ++row) {
+      float16 here_sq = found->distances_sq[row];
+#pragma unroll
+      for (int j = 0; j < 4; ++j) {
+        const float16 farther_sq = max(here_sq, carried_sq[j]);
+        here_sq = min(here_sq, carried_sq[j]);
+        carried_sq[j] = farther_sq;
       }
-    const real_lanes trace = e.entries[0][0] + e.entries[1][1] + e.entries[2][2];
-    for (int a = 0; a < 3; ++a)
-      for (int b = a; b < 3; ++b)
-        e.entries[a][b] /= trace;
-    for (int sweep = 0; sweep < SWEEPS; ++sweep) {
-      rotate_lanes(&e, 0, 1, 2);
-      rotate_lanes(&e, 0, 2, 1);
-      rotate_lanes(&e, 1, 2, 0);
+      found->distances_sq[row] = here_sq;
     }
-    const real_lanes x = e.entries[0][0], y = e.entries[1][1], z = e.entries[2][2];
-    const real_lanes least = fmin(x, fmin(y, z));
-    const real_lanes middle = fmax(fmin(x, y), fmin(fmax(x, y), z));
-    const real_lanes noise = fmax((real_lanes)(16 * REAL_EPSILON), m.count * resolution_sq / trace);
-    for (int row = 0; row < 3; ++row) {
-      const real_lanes along = x == least ? e.vectors[row][0] : y == least ? e.vectors[row][1] : e.vectors[row][2];
-      // Also where all is zero or too large, and therefore NaN.
-      store_lanes(middle > noise ? along : (real_lanes)(NAN), normals + i + row * stride);
-    }
+    found->walk.radius_sq = min(found->walk.radius_sq, found->distances_sq[found->k - 1]);
   }
+}
+
+static inline void add_up(Neighbourhood* found, global const float* restrict points)
+{
+  const Points q = found->walk.queries;
+  Moments m = found->moments;
+  for (int i = 0; i < LEAF_POINTS; ++i) {
+    const int16 far = point_distances(q, points + i) >= found->walk.radius_sq;
+    if (!any_of(!far))
+      continue;
+    const lanes x = lanes_of(select(points[i] - q.x, 0.0f, far));
+    const lanes y = lanes_of(select(points[i + LEAF_POINTS] - q.y, 0.0f, far));
+    const lanes z = lanes_of(select(points[i + 2 * LEAF_POINTS] - q.z, 0.0f, far));
+    m.count += lanes_of(select((float16)(1), 0.0f, far));
+    m.x += x;
+    m.y += y;
+    m.z += z;
+    m.products.xx += x * x;
+    m.products.xy += x * y;
+    m.products.xz += x * z;
+    m.products.yy += y * y;
+    m.products.yz += y * z;
+    m.products.zz += z * z;
+  }
+  found->moments = m;
+}
+
+static inline void look_at_leaf(Walk* walk, global const float* restrict points, int first)
+{
+  Neighbourhood* found = (Neighbourhood*)walk;
+  if (found->sums)
+    add_up(found, points);
+  else
+    keep_distances(found, points);
+}
+
+// Of lanes that are not `there` all is zero.
+static inline Moments moments_of(Points queries, int16 there, const Tree* tree, uint k)
+{
+  const float16 nowhere = -1;
+  Neighbourhood found = {{queries, select(nowhere, INFINITY, there), INFINITY}, false, k};
+  for (uint row = 0; row < k; ++row)
+    found.distances_sq[row] = INFINITY;
+  walk_tree(&found.walk, tree);
+  // The next larger number, so that the farthest of them are within it: all that are as far.
+  const float16 farthest_sq = found.distances_sq[k - 1];
+  const float16 beyond_sq = select(as_float16(as_int16(farthest_sq) + 1), INFINITY, farthest_sq == INFINITY);
+  found.walk.radius_sq = select(nowhere, beyond_sq, there);
+  found.sums = true;
+  walk_tree(&found.walk, tree);
+  return found.moments;
 }
 
 #else
 
-// A work-item per query.
+static inline Moments moments_of(float3 query, const Tree* tree, uint k)
+{
+  Search search = search_of(query, INFINITY, INFINITY, k);
+  search_tree(&search, tree);
+  Moments m = {0};
+#pragma unroll
+  for (uint place = 0; place < KEPT_MOST; ++place) {
+    const int position = search.positions[place];
+    const bool is_there = position >= 0;
+    const float3 offset = is_there ? leaf_point(tree->leaves, position) - query : (float3)(0);
+    const real x = offset.x, y = offset.y, z = offset.z;
+    m.count += is_there;
+    m.x += x;
+    m.y += y;
+    m.z += z;
+    m.products.xx += x * x;
+    m.products.xy += x * y;
+    m.products.xz += x * z;
+    m.products.yy += y * y;
+    m.products.yz += y * z;
+    m.products.zz += z * z;
+  }
+  return m;
+}
+
+#endif
+
+// queries, stride, n, k: as in nearest.cl
+// normals: rows x, y, z of `stride` floats
+// A work-item per block of POINTS_PER_MATCH_BLOCK queries, sixteen at a time; or a work-item per query.
 kernel void normals(global const float* restrict queries,
                     uint stride,
                     uint n,
                     global const float* restrict leaves,
-                    global const int* restrict positions,
+                    global const float* restrict nodes,
+                    uint8 first_node,
+                    uint root_level,
                     uint k,
                     float resolution_sq,
                     global float* restrict normals)
 {
+  const Tree tree = tree_of(leaves, nodes, first_node, root_level);
+#ifdef CHUNKED
+  const uint begin = get_block() * POINTS_PER_MATCH_BLOCK;
+  const uint end = min(begin + POINTS_PER_MATCH_BLOCK, n);
+  for (uint i = begin; i < end; i += 16) {
+    const Points q = {vload16(0, queries + i), vload16(0, queries + i + stride), vload16(0, queries + i + 2 * stride)};
+    const Moments m = moments_of(q, LANE_NUMBERS < (int16)(n - i), &tree, k);
+    const Direction normal = normal_of(&m, resolution_sq);
+    vstore16(floats_of(normal.x), 0, normals + i);
+    vstore16(floats_of(normal.y), 0, normals + i + stride);
+    vstore16(floats_of(normal.z), 0, normals + i + 2 * stride);
+  }
+#else
   const uint i = get_global_id(0);
   if (i >= n)
     return;
-  const float3 query = (float3)(queries[i], queries[i + stride], queries[i + 2 * stride]);
-  real first[3] = {0}, second[9] = {0};
-  uint count = 0;
-  for (uint row = 0; row < k; ++row) {
-    const int position = positions[i + row * stride];
-    if (position < 0)
-      break;
-    const float3 offset = leaf_point(leaves, position) - query;
-    const real d[3] = {offset.x, offset.y, offset.z};
-    for (int a = 0; a < 3; ++a) {
-      first[a] += d[a];
-      for (int b = 0; b < 3; ++b)
-        second[3 * a + b] += d[a] * d[b];
-    }
-    ++count;
-  }
-  real A[9], V[9];
-  for (int a = 0; a < 3; ++a)
-    for (int b = 0; b < 3; ++b)
-      A[3 * a + b] = second[3 * a + b] - first[a] * first[b] / count;
-  const real trace = A[0] + A[4] + A[8];
-  for (int entry = 0; entry < 9; ++entry)
-    A[entry] /= trace;
-  // A symmetric matrix's columns, orthogonalised from the right, leave its eigenvectors in V.
-  set_identity(V);
-  orthogonalise_columns(A, V);
-  const real norms[3] = {column_norm(A, 0), column_norm(A, 1), column_norm(A, 2)};
-  const int least = norms[0] <= norms[1] ? (norms[0] <= norms[2] ? 0 : 2) : (norms[1] <= norms[2] ? 1 : 2);
-  const real middle = fmin(norms[(least + 1) % 3], norms[(least + 2) % 3]);
-  // Also where all is zero or too large, and therefore NaN.
-  const bool spans_plane = middle > fmax(16 * REAL_EPSILON, count * resolution_sq / trace);
-  for (int row = 0; row < 3; ++row)
-    normals[i + row * stride] = spans_plane ? V[3 * row + least] : NAN;
-}
-
+  const Moments m = moments_of((float3)(queries[i], queries[i + stride], queries[i + 2 * stride]), &tree, k);
+  const Direction normal = normal_of(&m, resolution_sq);
+  normals[i] = normal.x;
+  normals[i + stride] = normal.y;
+  normals[i + 2 * stride] = normal.z;
 #endif
+}

@@ -20,6 +20,8 @@ typedef double16 real_sums;
 #define LANES 8
 #define load_lanes(p) convert_double8(vload8(0, p))
 #define store_lanes(v, p) vstore8(convert_float8(v), 0, p)
+#define lanes_of(v) convert_double16(v)
+#define floats_of(v) convert_float16(v)
 #define REAL_EPSILON DBL_EPSILON
 #else
 typedef float real;
@@ -30,6 +32,8 @@ typedef float16 real_sums;
 #define LANES 16
 #define load_lanes(p) vload16(0, p)
 #define store_lanes(v, p) vstore16(v, 0, p)
+#define lanes_of(v) (v)
+#define floats_of(v) (v)
 #define REAL_EPSILON FLT_EPSILON
 #endif
 

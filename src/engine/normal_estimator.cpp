@@ -3,7 +3,6 @@
 #include "normal_estimator_internals.h"
 #include "search/box_tree_query.h"
 #include "stages/launch.h"
-#include "stages/nearest.h"
 #include "stages/normals.h"
 #include "stages/pack.h"
 
@@ -49,7 +48,6 @@ struct NormalEstimator::Implementation {
   opencl::Queue queue;
   stages::TargetPoints target;
   stages::SourcePoints queries;
-  stages::Nearest nearest{"normals.cl"};
   stages::Normals stage;
 };
 
@@ -110,9 +108,8 @@ NormalEstimator::Normals NormalEstimator::estimate(const Points& points, unsigne
     const std::vector<PlacedPoint> some(all.begin() + first,
                                         all.begin() + std::min(first + queries_at_once, all.size()));
     stages::packSource(self.queue, some, self.queries);
-    self.nearest.enqueue(self.queue, self.queries, self.target, k);
     // A coordinate that is off by up to half a unit varies by a third of its square.
-    self.stage.enqueue(self.queue, self.queries, self.target, self.nearest.positions(), k, rounding * rounding / 3);
+    self.stage.enqueue(self.queue, self.queries, self.target, k, rounding * rounding / 3);
     const std::size_t stride = self.queries.stride;
     self.queue.download(self.stage.normals(), 3 * stride * sizeof(float), [&](const void* memory) {
       const auto* rows = static_cast<const float*>(memory);

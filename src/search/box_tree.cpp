@@ -1,6 +1,7 @@
 #include "box_tree.h"
 
 #include "bulk.h"
+#include "select.h"
 
 #include <pcl_gpu_icp/parallel_for.h>
 
@@ -28,15 +29,32 @@ struct Box {
       high[axis] = std::max(high[axis], xyz[axis]);
     }
   }
-  int longestSide() const
-  {
-    int longest = 0;
-    for (int axis = 1; axis < 3; ++axis)
-      if (high[axis] - low[axis] > high[longest] - low[longest])
-        longest = axis;
-    return longest;
-  }
 };
+
+/// x, y and z in one register, and something else.
+using Coordinates = float __attribute__((vector_size(4 * sizeof(float))));
+
+Coordinates coordinatesOf(const PlacedPoint& point)
+{
+  static_assert(sizeof(PlacedPoint) == sizeof(Coordinates));
+  Coordinates coordinates;
+  std::memcpy(&coordinates, &point, sizeof(coordinates));
+  return coordinates;
+}
+
+/// Of the points' box.
+int longestSide(const PlacedPoint* first, const PlacedPoint* last)
+{
+  Coordinates low = coordinatesOf(*first), high = low;
+  for (const PlacedPoint* point = first + 1; point != last; ++point) {
+    const Coordinates here = coordinatesOf(*point);
+    low = here < low ? here : low;
+    high = here > high ? here : high;
+  }
+  const Coordinates sides = high - low;
+  const int of_x_and_y = sides[1] > sides[0] ? 1 : 0;
+  return sides[2] > sides[of_x_and_y] ? 2 : of_x_and_y;
+}
 
 /// Sorts [first, last) into subtrees of `subtree` points each (the last may have fewer), then each of them.
 void split(PlacedPoint* first, PlacedPoint* last, std::size_t subtree, unsigned threads)
@@ -47,14 +65,7 @@ void split(PlacedPoint* first, PlacedPoint* last, std::size_t subtree, unsigned 
       subtree = std::max<std::size_t>(subtree / NODE_CHILDREN, 1);
     const std::size_t subtrees = (count + subtree - 1) / subtree;
     PlacedPoint* middle = first + subtrees / 2 * subtree;
-    Box box;
-    for (const PlacedPoint* point = first; point != last; ++point)
-      box.include(point->xyz);
-    const int axis = box.longestSide();
-    std::nth_element(first, middle, last, [axis](const PlacedPoint& a, const PlacedPoint& b) {
-      // A total order: the tree does not depend on the library's nth_element or on the threads.
-      return a.xyz[axis] < b.xyz[axis] || (a.xyz[axis] == b.xyz[axis] && a.position < b.position);
-    });
+    selectAlong(longestSide(first, last), first, middle, last);
     if (threads > 1 && count > points_at_a_time) {
       std::thread half(split, first, middle, subtree, threads / 2);
       split(middle, last, subtree, threads - threads / 2);

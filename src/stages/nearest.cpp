@@ -12,7 +12,7 @@ void Nearest::enqueue(opencl::Queue& queue, const SourcePoints& queries, const T
   const std::size_t blocks = (queries.count + POINTS_PER_MATCH_BLOCK - 1) / POINTS_PER_MATCH_BLOCK;
   const bool chunked = queue.traits().shape == opencl::Shape::Chunked;
   queue.launch("nearest",
-               {program_, "nearest"},
+               {"nearest.cl", "nearest"},
                chunked ? overBlocks(queue.traits(), blocks) : overPoints(queue.traits(), queries.count),
                queries.rows,
                queries.stride,

@@ -7,13 +7,6 @@ namespace pcl_gpu_icp::stages {
 /// The k nearest target points of every query.
 class Nearest {
 public:
-  /// \param program the file that has the kernel: its own, or one that includes it, of whose other kernels the caller
-  /// makes use. Each program takes an OpenCL implementation tens of milliseconds to load.
-  explicit Nearest(const char* program = "nearest.cl")
-  : program_(program)
-  {
-  }
-
   /// \param queries in the target's frame
   /// \param k at most NEAREST_MOST
   void enqueue(opencl::Queue& queue, const SourcePoints& queries, const TargetPoints& target, cl_uint k);
@@ -24,7 +17,6 @@ public:
   const opencl::Buffer& squaredDistances() const { return squared_distances_; }
 
 private:
-  const char* program_;
   opencl::Buffer positions_{"neighbours found"};
   opencl::Buffer squared_distances_{"their distances"};
 };

@@ -4,12 +4,8 @@
 
 namespace pcl_gpu_icp::stages {
 
-void Normals::enqueue(opencl::Queue& queue,
-                      const SourcePoints& queries,
-                      const TargetPoints& target,
-                      const opencl::Buffer& positions,
-                      cl_uint k,
-                      float resolution_sq)
+void Normals::enqueue(
+    opencl::Queue& queue, const SourcePoints& queries, const TargetPoints& target, cl_uint k, float resolution_sq)
 {
   queue.reserve(normals_, 3 * std::size_t(queries.stride) * sizeof(float));
   const std::size_t blocks = (queries.count + POINTS_PER_MATCH_BLOCK - 1) / POINTS_PER_MATCH_BLOCK;
@@ -21,7 +17,9 @@ void Normals::enqueue(opencl::Queue& queue,
                queries.stride,
                queries.count,
                target.leaves,
-               positions,
+               target.nodes,
+               target.first_node,
+               target.root_level,
                k,
                resolution_sq,
                normals_);
