@@ -1,11 +1,11 @@
 #include "voxels.h"
 
+#include "box_tree.h"
 #include "bulk.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <utility>
 
 namespace pcl_gpu_icp::search {
 
@@ -27,40 +27,77 @@ std::int64_t voxelOf(const float* xyz, double size)
   return key;
 }
 
+/// Numbers voxels as they are first met.
+class VoxelNumbers {
+public:
+  explicit VoxelNumbers(std::size_t most)
+  {
+    while (keys_.size() < 2 * most)
+      keys_.resize(2 * keys_.size());
+    std::fill(keys_.begin(), keys_.end(), none);
+    numbers_.resize(keys_.size());
+  }
+
+  std::size_t operator()(std::int64_t voxel)
+  {
+    std::size_t slot = (static_cast<std::uint64_t>(voxel) * 0x9E3779B97F4A7C15) >> 20 & (keys_.size() - 1);
+    while (keys_[slot] != voxel && keys_[slot] != none)
+      slot = (slot + 1) & (keys_.size() - 1);
+    if (keys_[slot] == none) {
+      keys_[slot] = voxel;
+      numbers_[slot] = count_++;
+    }
+    return numbers_[slot];
+  }
+
+  std::size_t count() const { return count_; }
+
+private:
+  std::vector<std::int64_t> keys_ = std::vector<std::int64_t>(16); ///< open addressing
+  std::vector<std::uint32_t> numbers_;
+  std::uint32_t count_ = 0;
+};
+
 std::size_t occupied(const std::vector<PlacedPoint>& points, double size)
 {
-  std::vector<std::int64_t> voxels;
-  voxels.reserve(points.size());
-  for (const PlacedPoint& point : points)
-    voxels.push_back(voxelOf(point.xyz, size));
-  std::sort(voxels.begin(), voxels.end());
-  return static_cast<std::size_t>(std::unique(voxels.begin(), voxels.end()) - voxels.begin());
+  VoxelNumbers numbers(points.size());
+  for (const PlacedPoint& point : points) {
+    const std::int64_t voxel = voxelOf(point.xyz, size);
+    if (voxel != none)
+      numbers(voxel);
+  }
+  return numbers.count();
 }
 
 } // namespace
 
 std::vector<PlacedPoint> voxelMeans(const std::vector<PlacedPoint>& points, double size)
 {
-  std::vector<std::pair<std::int64_t, std::size_t>> places;
-  places.reserve(points.size());
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const std::int64_t voxel = voxelOf(points[i].xyz, size);
-    if (voxel != none)
-      places.emplace_back(voxel, i);
+  struct Sum {
+    std::int64_t voxel;
+    double xyz[3], count;
+  };
+  VoxelNumbers numbers(points.size());
+  std::vector<Sum> sums;
+  for (const PlacedPoint& point : points) {
+    const std::int64_t voxel = voxelOf(point.xyz, size);
+    if (voxel == none)
+      continue;
+    const std::size_t number = numbers(voxel);
+    if (number == sums.size())
+      sums.push_back({voxel, {0, 0, 0}, 0});
+    Sum& sum = sums[number];
+    for (int axis = 0; axis < 3; ++axis)
+      sum.xyz[axis] += point.xyz[axis];
+    ++sum.count;
   }
-  std::sort(places.begin(), places.end());
+  std::sort(sums.begin(), sums.end(), [](const Sum& a, const Sum& b) { return a.voxel < b.voxel; });
   std::vector<PlacedPoint> means;
-  for (auto first = places.begin(); first != places.end();) {
-    double sum[3] = {0, 0, 0};
-    auto last = first;
-    for (; last != places.end() && last->first == first->first; ++last)
-      for (int axis = 0; axis < 3; ++axis)
-        sum[axis] += points[last->second].xyz[axis];
-    const auto n = static_cast<double>(last - first);
-    means.push_back({{static_cast<float>(sum[0] / n), static_cast<float>(sum[1] / n), static_cast<float>(sum[2] / n)},
-                     static_cast<std::int32_t>(means.size())});
-    first = last;
-  }
+  means.reserve(sums.size());
+  for (const auto& [voxel, xyz, count] : sums)
+    means.push_back(
+        {{static_cast<float>(xyz[0] / count), static_cast<float>(xyz[1] / count), static_cast<float>(xyz[2] / count)},
+         static_cast<std::int32_t>(means.size())});
   return means;
 }
 
@@ -74,12 +111,7 @@ double voxelSizeFor(const std::vector<PlacedPoint>& points, std::size_t voxels, 
   for (std::size_t i = 0; i < points.size(); i += points.size() / samples_at_most + 1)
     if (bulk.holds(points[i].xyz))
       samples.push_back(points[i]);
-  const auto before = [](const PlacedPoint& a, const PlacedPoint& b) {
-    return std::lexicographical_compare(a.xyz, a.xyz + 3, b.xyz, b.xyz + 3);
-  };
-  const auto same = [](const PlacedPoint& a, const PlacedPoint& b) { return std::equal(a.xyz, a.xyz + 3, b.xyz); };
-  std::sort(samples.begin(), samples.end(), before);
-  samples.erase(std::unique(samples.begin(), samples.end(), same), samples.end());
+  dropCoincident(samples);
   voxels = std::min(voxels, static_cast<std::size_t>(static_cast<double>(samples.size()) / fewest_each));
   double extent = 0;
   for (const double largest : bulk.largest(viewOf(points)))
