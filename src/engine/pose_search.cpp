@@ -14,6 +14,7 @@
 #include <algorithm>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <utility>
 
 namespace pcl_gpu_icp {
@@ -161,7 +162,7 @@ void keep(Candidates& candidates, std::size_t most)
 }
 
 /// Keeps the first of those that are near each other.
-void keepDistinct(Candidates& candidates, const std::array<double, 3>& place, double near)
+void keepApart(Candidates& candidates, const std::array<double, 3>& place, double near)
 {
   constexpr double near_angle = 0.17; // 10 degrees
   Candidates kept;
@@ -179,9 +180,6 @@ void keepDistinct(Candidates& candidates, const std::array<double, 3>& place, do
   candidates = std::move(kept);
 }
 
-// As many candidates as go on.
-constexpr std::size_t by_features = 16, after_first = 200, after_second = 40, after_third = 8;
-
 /// Whether the best, and no other, has what features say.
 bool areDecided(const Candidates& candidates)
 {
@@ -192,6 +190,184 @@ bool areDecided(const Candidates& candidates)
     return times_more * other.support <= candidates[0].support;
   });
 }
+
+/// The search for one pair's pose.
+class PairSearch {
+public:
+  struct Settings {
+    const Device& device;
+    Motions motions;
+    unsigned lanes;
+    std::shared_ptr<DeviceShare> share;
+    std::function<void(std::size_t, std::size_t)> progress;
+  };
+
+  PairSearch(const PlacedPair& placed,
+             const ThinPair& coarse,
+             const ThinPair& fine,
+             const RigidTransform& guess,
+             const Settings& settings)
+  : placed_(placed)
+  , coarse_(coarse)
+  , settings_(settings)
+  , start_(placed.aboutPivots(guess))
+  , from_(centroidOf(coarse.source))
+  , onto_(centroidOf(coarse.target))
+  , starts_(evenlySpread())
+  , progress_(settings.progress, groupsByFeatures() + groupsByStarts())
+  , has_surfaces_(hasSurfaces(fine, settings.motions))
+  , finer_(settings.device, fine, settings.motions, has_surfaces_, settings.lanes, settings.share)
+  , score_(settings.device, fine, 4 * fine.voxel, settings.share)
+  {
+    if (has_surfaces_)
+      features_.emplace(settings.device, placed.source_points, placed.target_points, settings.share);
+  }
+
+  /// The best first.
+  Candidates run()
+  {
+    Candidates candidates = byFeatures();
+    if (areDecided(candidates))
+      progress_.expect(1);
+    progress_.add();
+    if (!areDecided(candidates)) {
+      const Candidates others = byStarts();
+      candidates.insert(candidates.begin(), others.begin(), others.end());
+      bringNearer(candidates, {10, 1});
+      progress_.expect(1);
+      progress_.add();
+    }
+    candidates.erase(
+        std::remove_if(candidates.begin(), candidates.end(), [](const Candidate& c) { return !(c.score > 0); }),
+        candidates.end());
+    return candidates;
+  }
+
+  /// That were tried.
+  std::size_t starts() const { return tried_; }
+
+private:
+  // As many candidates as go on.
+  static constexpr std::size_t by_features = 16, after_first = 200, after_second = 40, after_third = 8;
+  // The guess goes on wherever it ranks, and may be there twice.
+  static std::size_t groupsToSettle() { return Level::groupsOf(2 * after_third + 2) + 1; }
+  static std::size_t groupsByFeatures() { return Level::groupsOf(by_features + 1) + groupsToSettle(); }
+  std::size_t groupsByStarts() const
+  {
+    return Level::groupsOf(starts_.size()) + Level::groupsOf(after_first + 1) + Level::groupsOf(after_second + 1) +
+           groupsToSettle();
+  }
+
+  /// What the motions leave of a pose, the source's centroid held.
+  Candidate allowed(const RigidTransform& pose) const
+  {
+    const RigidTransform motion =
+        restricted(compose(pose, inverse(start_)), settings_.motions, start_(from_[0], from_[1], from_[2]));
+    return Candidate{compose(motion, start_)};
+  }
+
+  /// Turns all over, each with the centroids and, where that is another pose, the clouds' origins on each other. The
+  /// guess is the first.
+  Candidates evenlySpread() const
+  {
+    Candidates starts{{start_, 0, true}};
+    const auto& pivot = placed_.source_pivot;
+    const std::array<double, 3> origin{-pivot[0], -pivot[1], -pivot[2]},
+        place = start_(origin[0], origin[1], origin[2]);
+    for (const auto& turn : turnsOf(settings_.motions)) {
+      RigidTransform turned;
+      turned.rotation = compose({turn, {}}, start_).rotation;
+      const auto add = [&](const std::array<double, 3>& point, const std::array<double, 3>& image) {
+        RigidTransform pose = turned;
+        const auto moved = turned(point[0], point[1], point[2]);
+        for (int axis = 0; axis < 3; ++axis)
+          pose.translation[axis] = image[axis] - moved[axis];
+        starts.push_back(allowed(pose));
+      };
+      add(from_, onto_);
+      if (distance(turned(from_[0] - origin[0], from_[1] - origin[1], from_[2] - origin[2]),
+                   {onto_[0] - place[0], onto_[1] - place[1], onto_[2] - place[2]}) > 2 * coarse_.voxel)
+        add(origin, place);
+    }
+    return starts;
+  }
+
+  /// What matches of features agree on, and the guess.
+  Candidates byFeatures()
+  {
+    Candidates candidates{starts_[0]};
+    if (features_)
+      for (const RigidTransform& pose : features_->poses(by_features))
+        candidates.push_back(allowed(pose));
+    tried_ = candidates.size();
+    bringNearer(candidates, {15, 2});
+    bringNearer(candidates, {10, 1});
+    return candidates;
+  }
+
+  /// What the best of all starts lead to.
+  Candidates byStarts()
+  {
+    Candidates candidates = starts_;
+    tried_ += candidates.size() - 1;
+    const auto byScore = [](const Candidate& each) { return each.score; };
+    const Level coarser(settings_.device, coarse_, settings_.motions, false, settings_.lanes, settings_.share);
+    coarser.bringNearer(candidates, {5, 4}, progress_);
+    sortBy(byScore, candidates);
+    keep(candidates, after_first);
+    coarser.bringNearer(candidates, {10, 2}, progress_);
+    sortBy(byScore, candidates);
+    keepDistinct(candidates);
+    keep(candidates, after_second);
+    bringNearer(candidates, {15, 4});
+    return candidates;
+  }
+
+  /// On the finer clouds; the best and distinct ones are left, the best first.
+  void bringNearer(Candidates& candidates, const Round& round)
+  {
+    const Candidates before = candidates;
+    finer_.bringNearer(candidates, round, progress_);
+    for (std::size_t i = 0; i < candidates.size(); ++i) {
+      measure(candidates[i]);
+      // A loss draws a half towards what it does not share; features tell.
+      constexpr double most = 0.7;
+      if (features_ && static_cast<double>(candidates[i].support) <
+                           most * static_cast<double>(features_->support(before[i].transform))) {
+        candidates[i] = before[i];
+        measure(candidates[i]);
+      }
+    }
+    const auto byBoth = [](const Candidate& candidate) {
+      constexpr double by_chance = 10; // matches that agree on a pose which is none
+      return candidate.score * (by_chance + static_cast<double>(candidate.support));
+    };
+    sortBy(byBoth, candidates);
+    keepDistinct(candidates);
+    keep(candidates, after_third);
+  }
+
+  void measure(Candidate& candidate)
+  {
+    candidate.score = score_(candidate.transform);
+    candidate.support = features_ ? features_->support(candidate.transform) : 0;
+  }
+
+  void keepDistinct(Candidates& candidates) const { keepApart(candidates, from_, 3 * coarse_.voxel); }
+
+  const PlacedPair& placed_;
+  const ThinPair& coarse_;
+  Settings settings_;
+  RigidTransform start_; ///< poses are between the clouds about their pivots
+  std::array<double, 3> from_, onto_;
+  Candidates starts_;
+  Progress progress_;
+  bool has_surfaces_;
+  Level finer_;
+  TwoWayScore score_;
+  std::optional<FeatureMatches> features_; ///< none: there are no surfaces
+  std::size_t tried_ = 0;
+};
 
 } // namespace
 
@@ -206,111 +382,20 @@ PoseSearchResult PoseSearch::search(const Points& source, const Points& target, 
   PoseSearchResult result;
   if (!placed.hasEnough())
     return result;
-  const auto& source_points = placed.source_points;
-  const auto& target_points = placed.target_points;
   constexpr std::size_t coarse_points = 500, fine_points = 4000, fewest_voxels = 4;
-  const double coarse_size = search::voxelSizeFor(source_points, coarse_points);
-  const double fine_size = search::voxelSizeFor(source_points, fine_points);
+  const double coarse_size = search::voxelSizeFor(placed.source_points, coarse_points);
+  const double fine_size = search::voxelSizeFor(placed.source_points, fine_points);
   if (!(coarse_size > 0 && fine_size > 0))
     return result;
-  const ThinPair coarse(source_points, target_points, coarse_size), fine(source_points, target_points, fine_size);
+  const ThinPair coarse(placed.source_points, placed.target_points, coarse_size);
+  const ThinPair fine(placed.source_points, placed.target_points, fine_size);
   for (const auto* thinned : {&coarse.source, &coarse.target, &fine.source, &fine.target})
     if (thinned->size() < fewest_voxels)
       return result;
 
-  // Poses are between the clouds about their pivots.
-  const RigidTransform start = placed.aboutPivots(guess);
-  const auto from = centroidOf(coarse.source), onto = centroidOf(coarse.target);
-  const auto allowed = [&](const RigidTransform& pose) {
-    const RigidTransform motion = restricted(compose(pose, inverse(start)), motions_, start(from[0], from[1], from[2]));
-    return Candidate{compose(motion, start)};
-  };
-  Candidates starts{{start, 0, true}};
-  for (const auto& turn : turnsOf(motions_)) {
-    RigidTransform turned;
-    turned.rotation = compose({turn, {}}, start).rotation;
-    const auto add = [&](const std::array<double, 3>& point, const std::array<double, 3>& image) {
-      RigidTransform pose = turned;
-      const auto moved = turned(point[0], point[1], point[2]);
-      for (int axis = 0; axis < 3; ++axis)
-        pose.translation[axis] = image[axis] - moved[axis];
-      starts.push_back(allowed(pose));
-    };
-    add(from, onto);
-    const std::array<double, 3> origin{-placed.source_pivot[0], -placed.source_pivot[1], -placed.source_pivot[2]};
-    const std::array<double, 3> place = start(origin[0], origin[1], origin[2]);
-    if (distance(turned(from[0] - origin[0], from[1] - origin[1], from[2] - origin[2]),
-                 {onto[0] - place[0], onto[1] - place[1], onto[2] - place[2]}) > 2 * coarse.voxel)
-      add(origin, place);
-  }
-
-  const bool to_planes = hasSurfaces(fine, motions_);
-  // The guess goes on wherever it ranks, and may be there twice.
-  const std::size_t groups_to_settle = Level::groupsOf(2 * after_third + 2) + 1;
-  const std::size_t groups_by_features = Level::groupsOf(by_features + 1) + groups_to_settle;
-  const std::size_t groups_of_starts = Level::groupsOf(starts.size()) + Level::groupsOf(after_first + 1) +
-                                       Level::groupsOf(after_second + 1) + groups_to_settle;
-  Progress progress(progress_, groups_by_features + groups_of_starts);
-  const Level finer(device_, fine, motions_, to_planes, lanes_, share_);
-  TwoWayScore score(device_, fine, 4 * fine.voxel, share_);
-  std::unique_ptr<FeatureMatches> features;
-  if (to_planes)
-    features = std::make_unique<FeatureMatches>(device_, source_points, target_points, share_);
-  const auto measure = [&](Candidate& candidate) {
-    candidate.score = score(candidate.transform);
-    candidate.support = features ? features->support(candidate.transform) : 0;
-  };
-  const auto rankOf = [](const Candidate& candidate) {
-    constexpr double by_chance = 10; // matches that agree on a pose which is none
-    return candidate.score * (by_chance + static_cast<double>(candidate.support));
-  };
-  const auto bringNearer = [&](Candidates& candidates, const Round& round) {
-    const Candidates before = candidates;
-    finer.bringNearer(candidates, round, progress);
-    for (std::size_t i = 0; i < candidates.size(); ++i) {
-      measure(candidates[i]);
-      // A loss draws a half towards what it does not share; features tell.
-      constexpr double most = 0.7;
-      if (features && static_cast<double>(candidates[i].support) <
-                          most * static_cast<double>(features->support(before[i].transform))) {
-        candidates[i] = before[i];
-        measure(candidates[i]);
-      }
-    }
-    sortBy(rankOf, candidates);
-    keepDistinct(candidates, from, 3 * coarse.voxel);
-    keep(candidates, after_third);
-  };
-  Candidates candidates{starts[0]};
-  if (features)
-    for (const RigidTransform& pose : features->poses(by_features))
-      candidates.push_back(allowed(pose));
-  result.starts = candidates.size();
-  bringNearer(candidates, {15, 2});
-  bringNearer(candidates, {10, 1});
-  if (areDecided(candidates))
-    progress.expect(1);
-  progress.add();
-  if (!areDecided(candidates)) {
-    result.starts += starts.size() - 1;
-    const auto byScore = [](const Candidate& each) { return each.score; };
-    const Level coarser(device_, coarse, motions_, false, lanes_, share_);
-    coarser.bringNearer(starts, {5, 4}, progress);
-    sortBy(byScore, starts);
-    keep(starts, after_first);
-    coarser.bringNearer(starts, {10, 2}, progress);
-    sortBy(byScore, starts);
-    keepDistinct(starts, from, 3 * coarse.voxel);
-    keep(starts, after_second);
-    bringNearer(starts, {15, 4});
-    candidates.insert(candidates.begin(), starts.begin(), starts.end());
-    bringNearer(candidates, {10, 1});
-    progress.expect(1);
-    progress.add();
-  }
-  candidates.erase(
-      std::remove_if(candidates.begin(), candidates.end(), [](const Candidate& c) { return !(c.score > 0); }),
-      candidates.end());
+  PairSearch search(placed, coarse, fine, guess, {device_, motions_, lanes_, share_, progress_});
+  const Candidates candidates = search.run();
+  result.starts = search.starts();
   std::vector<RigidTransform> poses(candidates.size());
   std::transform(candidates.begin(), candidates.end(), poses.begin(), [&placed](const Candidate& candidate) {
     return placed.betweenClouds(candidate.transform);
