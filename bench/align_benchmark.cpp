@@ -1,13 +1,17 @@
 // One method of this library's or of PCL's on one pair of clouds, in a process of its own; bench/compare.py runs it.
-//   align_benchmark stock|pcl|device|accelerated|planes|gicp|stock_gicp SOURCE TARGET ITERATIONS [converge|window]
+//   align_benchmark stock|pcl|device|accelerated|planes|gicp|stock_planes|stock_gicp SOURCE TARGET ITERATIONS
+//                   [converge|window|precise [LIMIT]]
 //   align_benchmark points SCAN.pcd POINTS     writes the finite points of a scan
 // Clouds are raw float32 triples. Prints a line of JSON: milliseconds from clouds to transform (trees included, nothing
 // known from before), iterations, transform, the process's peak memory, and what the device took to start.
+// `converge`: ends by small_gicp's criteria, `precise`: by a tenth of them. LIMIT: no pair is farther apart.
 // `window`: ten sources, each every tenth point of SOURCE from another one on, aligned one after another onto the same
 // target; milliseconds are those of all, and of each.
 #include <pcl_gpu_icp/gicp.h>
 #include <pcl_gpu_icp/icp.h>
 
+#include <pcl/common/io.h>
+#include <pcl/features/normal_3d.h>
 #include <pcl/io/pcd_io.h>
 
 #include <nlohmann/json.hpp>
@@ -28,6 +32,31 @@ using Stock = pcl::IterativeClosestPoint<Point, Point>;
 using Ours = pcl_gpu_icp::IterativeClosestPoint<Point, Point>;
 using StockGeneralized = pcl::GeneralizedIterativeClosestPoint<Point, Point>;
 using OursGeneralized = pcl_gpu_icp::GeneralizedIterativeClosestPoint<Point, Point>;
+
+/// Point-to-plane of PCL, the normals by PCL from 20 neighbours.
+class StockPlanes : public pcl::IterativeClosestPointWithNormals<pcl::PointNormal, pcl::PointNormal> {
+  using Base = pcl::IterativeClosestPointWithNormals<pcl::PointNormal, pcl::PointNormal>;
+
+  static PointCloudSourcePtr withNormals(const Cloud::Ptr& cloud)
+  {
+    PointCloudSourcePtr result(new PointCloudSource);
+    pcl::copyPointCloud(*cloud, *result);
+    pcl::NormalEstimation<Point, pcl::PointNormal> estimation;
+    estimation.setInputCloud(cloud);
+    estimation.setKSearch(20);
+    estimation.compute(*result);
+    return result;
+  }
+
+public:
+  void setInputSource(const Cloud::Ptr& cloud) { Base::setInputSource(withNormals(cloud)); }
+  void setInputTarget(const Cloud::Ptr& cloud) { Base::setInputTarget(withNormals(cloud)); }
+  void align(Cloud& /*output*/)
+  {
+    PointCloudSource output;
+    Base::align(output);
+  }
+};
 
 Cloud::Ptr load(const char* path)
 {
@@ -81,21 +110,25 @@ nlohmann::json window(Icp& icp, const Cloud::Ptr& source, const Cloud::Ptr& targ
 }
 
 template <typename Icp>
-nlohmann::json measure(Icp& icp, char** arguments, const std::string& mode, int warm_ups)
+nlohmann::json measure(Icp& icp, int count, char** arguments, int warm_ups)
 {
   const auto source = load(arguments[2]), target = load(arguments[3]);
-  const bool converge = mode == "converge";
+  const std::string mode = count > 5 ? arguments[5] : "";
+  if (count > 6)
+    icp.setMaxCorrespondenceDistance(std::stod(arguments[6]));
   icp.setMaximumIterations(std::stoi(arguments[4]));
   // GICP's default criteria are much the same.
-  if (converge && !std::is_base_of_v<StockGeneralized, Icp>) {
+  if ((mode == "converge" || mode == "precise") && !std::is_base_of_v<StockGeneralized, Icp>) {
     // The criteria of small_gicp: an increment of less than 1 mm and 0.1 degrees.
-    icp.setTransformationEpsilon(1e-6);
-    icp.setTransformationRotationEpsilon(std::cos(0.1 * M_PI / 180));
+    const double share = mode == "precise" ? 0.1 : 1;
+    icp.setTransformationEpsilon(1e-6 * share * share);
+    icp.setTransformationRotationEpsilon(std::cos(0.1 * share * M_PI / 180));
   }
   const Cloud::Ptr few(new Cloud(30, 1, Point(1, 2, 3))); // more than GICP has neighbours
   for (int i = 0; i < warm_ups; ++i)
     millisecondsOf(icp, source, target);
-  millisecondsOf(icp, few, few);
+  if (warm_ups > 0)
+    millisecondsOf(icp, few, few);
   nlohmann::json result;
   if (mode == "window")
     result = window(icp, source, target);
@@ -111,9 +144,9 @@ nlohmann::json measure(Icp& icp, char** arguments, const std::string& mode, int 
 }
 
 template <typename Icp>
-nlohmann::json measureOurs(Icp& icp, char** arguments, const std::string& mode)
+nlohmann::json measureOurs(Icp& icp, int count, char** arguments)
 {
-  nlohmann::json result = measure(icp, arguments, mode, 1);
+  nlohmann::json result = measure(icp, count, arguments, 1);
   const auto& last = icp.getResult();
   result["iterations"] = last.iterations;
   result["searched"] = last.searched;
@@ -128,21 +161,25 @@ nlohmann::json measureOurs(Icp& icp, char** arguments, const std::string& mode)
 nlohmann::json run(int count, char** arguments)
 {
   if (count < 5)
-    throw std::invalid_argument("align_benchmark stock|pcl|device|accelerated|planes|gicp|stock_gicp SOURCE TARGET "
-                                "ITERATIONS [converge|window]");
-  const std::string method = arguments[1], mode = count > 5 ? arguments[5] : "";
+    throw std::invalid_argument("align_benchmark stock|pcl|device|accelerated|planes|gicp|stock_planes|stock_gicp "
+                                "SOURCE TARGET ITERATIONS [converge|window|precise [LIMIT]]");
+  const std::string method = arguments[1];
   if (method == "stock") {
     Stock icp;
-    return measure(icp, arguments, mode, 0);
+    return measure(icp, count, arguments, 0);
+  }
+  if (method == "stock_planes") {
+    StockPlanes icp;
+    return measure(icp, count, arguments, 0);
   }
   if (method == "stock_gicp") {
     StockGeneralized icp;
-    return measure(icp, arguments, mode, 0);
+    return measure(icp, count, arguments, 0);
   }
   if (method == "gicp") {
     OursGeneralized icp;
     icp.setCorrespondenceSearch(pcl_gpu_icp::CorrespondenceSearch::DeviceKdTree);
-    return measureOurs(icp, arguments, mode);
+    return measureOurs(icp, count, arguments);
   }
   if (method != "pcl" && method != "device" && method != "accelerated" && method != "planes")
     throw std::invalid_argument("unknown method " + method);
@@ -152,7 +189,7 @@ nlohmann::json run(int count, char** arguments)
   icp.setAndersonAcceleration(method == "accelerated");
   if (method == "planes")
     icp.setMetric(pcl_gpu_icp::Metric::Plane);
-  return measureOurs(icp, arguments, mode);
+  return measureOurs(icp, count, arguments);
 }
 
 } // namespace

@@ -1,4 +1,6 @@
 """A peer's method on one pair of clouds, in a process of its own: peer.py METHOD SOURCE TARGET ITERATIONS [converge|window].
+Or METHODS[name]() is asked for align(source, target, iterations, epsilon, limit), which returns a 4x4 matrix and iterations: it
+ends at a step of `epsilon` metres and 100 times as many degrees, takes no pair farther apart than `limit`.
 
 Clouds are raw float32 triples. Prints a line of JSON as align_benchmark does. The trees, and the normals or covariances
 that a method needs, are part of the time."""
@@ -25,22 +27,21 @@ def small_gicp_method(kind, threads):
 
     kept = {}
 
-    def align(source, target, iterations, converge):
+    def align(source, target, iterations, epsilon, limit=1e3):
         if kept.get("points") is not target:
             kept.update(points=target, prepared=prepare(target))
         target_cloud, tree = kept["prepared"]
         source_cloud, _ = prepare(source) if kind == "GICP" else (small_gicp.PointCloud(source), None)
-        epsilons = (numpy.radians(0.1), 1e-3) if converge else (0.0, 0.0)
         result = small_gicp.align(
             target_cloud,
             source_cloud,
             tree,
             registration_type=kind,
-            max_correspondence_distance=1e3,
+            max_correspondence_distance=limit,
             num_threads=threads,
             max_iterations=iterations,
-            rotation_epsilon=epsilons[0],
-            translation_epsilon=epsilons[1],
+            rotation_epsilon=numpy.radians(100 * epsilon),
+            translation_epsilon=epsilon,
         )
         return result.T_target_source, result.iterations
 
@@ -53,7 +54,7 @@ def open3d_method(plane):
     def cloud_of(points):
         return open3d.geometry.PointCloud(open3d.utility.Vector3dVector(points))
 
-    def align(source, target, iterations, converge):
+    def align(source, target, iterations, epsilon, limit=1e3):
         registration = open3d.pipelines.registration
         source_cloud, target_cloud = cloud_of(source), cloud_of(target)
         if plane:
@@ -61,15 +62,14 @@ def open3d_method(plane):
             estimation = registration.TransformationEstimationPointToPlane()
         else:
             estimation = registration.TransformationEstimationPointToPoint()
-        # Its criteria are the relative changes of fitness and RMSE.
-        epsilon = 1e-4 if converge else 0.0
+        relative = epsilon / 10  # Its criteria are the relative changes of fitness and RMSE.
         result = registration.registration_icp(
             source_cloud,
             target_cloud,
-            1e3,
+            limit,
             numpy.eye(4),
             estimation,
-            registration.ICPConvergenceCriteria(epsilon, epsilon, iterations),
+            registration.ICPConvergenceCriteria(relative, relative, iterations),
         )
         return result.transformation, None
 
@@ -93,12 +93,13 @@ def main():
         numpy.fromfile(path, dtype=numpy.float32).reshape(-1, 3).astype(numpy.float64) for path in (source, target)
     )
     sources = [source[first::10] for first in range(10)] if mode == "window" else [source]
-    align(source, target, int(iterations), mode == "converge")
+    epsilon = 1e-3 if mode == "converge" else 0.0
+    align(source, target, int(iterations), epsilon)
     target = target.copy()  # Nothing is known of it from the run before.
     each = []
     for source in sources:
         start = time.perf_counter()
-        transform, done = align(source, target, int(iterations), mode == "converge")
+        transform, done = align(source, target, int(iterations), epsilon)
         each.append(1e3 * (time.perf_counter() - start))
     result = {
         "ms": sum(each),

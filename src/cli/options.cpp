@@ -26,7 +26,7 @@ struct Preset {
   LossFunction loss;
 };
 constexpr Preset presets[] = {{"lidar", Metric::Plane, LossFunction::Huber},
-                              {"rgbd", Metric::Plane, LossFunction::Huber},
+                              {"rgbd", Metric::Generalized, LossFunction::Huber},
                               {"object", Metric::Generalized, LossFunction::Huber}};
 
 /// Sets what no option says otherwise.

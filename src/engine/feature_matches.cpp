@@ -160,9 +160,8 @@ FeatureMatches::FeatureMatches(const Device& device,
       centre_[axis] += match.source.place[axis] / static_cast<double>(matches_.size());
 }
 
-std::vector<FeatureMatches::Match> FeatureMatches::agreeing(const RigidTransform& pose) const
+std::vector<FeatureMatches::Match> FeatureMatches::agreeing(const RigidTransform& pose, double near) const
 {
-  constexpr double near = 3; // voxels
   constexpr double along = 0.8;
   RigidTransform turn = pose;
   turn.translation = {};
@@ -177,6 +176,23 @@ std::vector<FeatureMatches::Match> FeatureMatches::agreeing(const RigidTransform
 }
 
 std::size_t FeatureMatches::support(const RigidTransform& pose) const { return agreeing(pose).size(); }
+
+RigidTransform FeatureMatches::fitted(const RigidTransform& pose) const
+{
+  constexpr std::size_t enough = 10; // to be more exact than what they come of
+  constexpr int steps = 5;
+  constexpr double close = 1.5; // voxels
+  RigidTransform fit = pose;
+  for (const double near : {3.0, 2.0, close})
+    for (int step = 0; step < steps; ++step) {
+      const std::vector<Match> agreed = agreeing(fit, near);
+      if (agreed.size() >= enough)
+        fit = bestTransform(agreed);
+    }
+  const auto before = static_cast<double>(agreeing(pose, close).size());
+  const auto after = static_cast<double>(agreeing(fit, close).size());
+  return after > before + std::sqrt(before) ? fit : pose; // more than by chance
+}
 
 /// Whether one pose could put both on each other: as far apart in both clouds, with normals that lie alike.
 bool FeatureMatches::areCompatible(const Match& a, const Match& b) const

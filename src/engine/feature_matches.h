@@ -28,6 +28,10 @@ public:
   /// How many matches the pose puts on each other, normals along normals.
   std::size_t support(const RigidTransform& pose) const;
 
+  /// The pose of least squares of the matches that it puts on each other, more and more closely; as it is where they
+  /// are few.
+  RigidTransform fitted(const RigidTransform& pose) const;
+
 private:
   /// A place and the surface's normal there, of either sign.
   struct SurfacePoint {
@@ -37,7 +41,8 @@ private:
     SurfacePoint source, target;
   };
 
-  std::vector<Match> agreeing(const RigidTransform& pose) const;
+  /// \param near in voxels
+  std::vector<Match> agreeing(const RigidTransform& pose, double near = 3) const;
   bool areCompatible(const Match& a, const Match& b) const;
 
   double voxel_ = 0;

@@ -233,7 +233,7 @@ public:
     if (!areDecided(candidates)) {
       const Candidates others = byStarts();
       candidates.insert(candidates.begin(), others.begin(), others.end());
-      bringNearer(candidates, {10, 1});
+      settle(candidates);
       progress_.expect(1);
       progress_.add();
     }
@@ -301,7 +301,7 @@ private:
         candidates.push_back(allowed(pose));
     tried_ = candidates.size();
     bringNearer(candidates, {15, 2});
-    bringNearer(candidates, {10, 1});
+    settle(candidates);
     return candidates;
   }
 
@@ -338,13 +338,34 @@ private:
         measure(candidates[i]);
       }
     }
-    const auto byBoth = [](const Candidate& candidate) {
-      constexpr double by_chance = 10; // matches that agree on a pose which is none
-      return candidate.score * (by_chance + static_cast<double>(candidate.support));
-    };
+    order(candidates);
+    keep(candidates, after_third);
+  }
+
+  /// Where they stay. What the clouds do not share draws at points and planes; matches of features it leaves alone.
+  void settle(Candidates& candidates)
+  {
+    bringNearer(candidates, {10, 1});
+    if (!features_)
+      return;
+    for (Candidate& candidate : candidates) {
+      candidate.transform = allowed(features_->fitted(candidate.transform)).transform;
+      measure(candidate);
+    }
+    order(candidates);
+  }
+
+  static double byBoth(const Candidate& candidate)
+  {
+    constexpr double by_chance = 10; // matches that agree on a pose which is none
+    return candidate.score * (by_chance + static_cast<double>(candidate.support));
+  }
+
+  /// The best first, of those that are near each other one.
+  void order(Candidates& candidates) const
+  {
     sortBy(byBoth, candidates);
     keepDistinct(candidates);
-    keep(candidates, after_third);
   }
 
   void measure(Candidate& candidate)

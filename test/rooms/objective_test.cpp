@@ -197,7 +197,7 @@ TEST_P(Objective, WeightsAreTheDerivativeOfTheLossForEverySize)
 
 TEST_P(Objective, WithLossIsTheReweightedMinimum)
 {
-  const std::size_t n = GetParam().isEmulated() ? 100 : GetParam().affordable(500);
+  constexpr std::size_t n = 100;
   for (const Metric metric : metrics) {
     const Pairs pairs = pairsFor(metric, n);
     Matcher matcher = matcherOf(metric, pairs);
@@ -213,7 +213,7 @@ TEST_P(Objective, WithLossIsTheReweightedMinimum)
 
 TEST_P(Objective, WithFewerMotionsIsTheMinimumAmongThem)
 {
-  const std::size_t n = GetParam().isEmulated() ? 100 : GetParam().affordable(500);
+  constexpr std::size_t n = 100;
   for (const Metric metric : metrics)
     for (const Definition* loss : {static_cast<const Definition*>(nullptr), &definitions[1]}) {
       const Pairs pairs = pairsFor(metric, n);
