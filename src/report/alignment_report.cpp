@@ -122,9 +122,9 @@ std::string toText(const AlignmentReport& report, const TextStyle& style)
   if (report.searched_guess)
     text += guessText(*report.searched_guess);
   if (report.found_overlap)
-    text += format("overlap    %.0f %% of the source, by the best of %zu ways from coarse to fine\n",
+    text += format("overlap    %.0f %% of the source, by the best of %s from coarse to fine\n",
                    100 * report.found_overlap->share,
-                   report.found_overlap->ways);
+                   counted(report.found_overlap->ways, "way").c_str());
   text += format("search     %s, %u threads; pipeline %s, %s precision\n",
                  toString(result.search),
                  result.threads,
