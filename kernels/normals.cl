@@ -12,6 +12,21 @@ typedef struct {
   Symmetric products;
 } Moments;
 
+// Coordinates are 0 where the count is.
+static inline void add(Moments* m, lanes count, lanes x, lanes y, lanes z)
+{
+  m->count += count;
+  m->x += x;
+  m->y += y;
+  m->z += z;
+  m->products.xx += x * x;
+  m->products.xy += x * y;
+  m->products.xz += x * z;
+  m->products.yy += y * y;
+  m->products.yz += y * z;
+  m->products.zz += z * z;
+}
+
 // resolution_sq: variance below which a direction is only the coordinates' rounding
 static inline Direction normal_of(const Moments* m, float resolution_sq)
 {
@@ -71,19 +86,11 @@ static inline void add_up(Neighbourhood* found, global const float* restrict poi
     const int16 far = point_distances(q, points + i) >= found->walk.radius_sq;
     if (!any_of(!far))
       continue;
-    const lanes x = lanes_of(select(points[i] - q.x, 0.0f, far));
-    const lanes y = lanes_of(select(points[i + LEAF_POINTS] - q.y, 0.0f, far));
-    const lanes z = lanes_of(select(points[i + 2 * LEAF_POINTS] - q.z, 0.0f, far));
-    m.count += lanes_of(select((float16)(1), 0.0f, far));
-    m.x += x;
-    m.y += y;
-    m.z += z;
-    m.products.xx += x * x;
-    m.products.xy += x * y;
-    m.products.xz += x * z;
-    m.products.yy += y * y;
-    m.products.yz += y * z;
-    m.products.zz += z * z;
+    add(&m,
+        lanes_of(select((float16)(1), 0.0f, far)),
+        lanes_of(select(points[i] - q.x, 0.0f, far)),
+        lanes_of(select(points[i + LEAF_POINTS] - q.y, 0.0f, far)),
+        lanes_of(select(points[i + 2 * LEAF_POINTS] - q.z, 0.0f, far)));
   }
   found->moments = m;
 }
@@ -126,17 +133,7 @@ static inline Moments moments_of(float3 query, const Tree* tree, uint k)
     const int position = search.positions[place];
     const bool is_there = position >= 0;
     const float3 offset = is_there ? leaf_point(tree->leaves, position) - query : (float3)(0);
-    const real x = offset.x, y = offset.y, z = offset.z;
-    m.count += is_there;
-    m.x += x;
-    m.y += y;
-    m.z += z;
-    m.products.xx += x * x;
-    m.products.xy += x * y;
-    m.products.xz += x * z;
-    m.products.yy += y * y;
-    m.products.yz += y * z;
-    m.products.zz += z * z;
+    add(&m, is_there, offset.x, offset.y, offset.z);
   }
   return m;
 }

@@ -2,6 +2,7 @@
 
 #include "geometry/quaternion.h"
 #include "geometry/rotation_vector.h"
+#include "geometry/vector.h"
 #include "search/point_features.h"
 #include "search/voxels.h"
 #include "symmetric_eigen.h"
@@ -21,8 +22,6 @@ namespace {
 using Vector = std::array<double, 3>;
 
 Vector operator-(const Vector& a, const Vector& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
-
-double dot(const Vector& a, const Vector& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
 /// Between lines, in radians.
 double angle(const Vector& a, const Vector& b) { return std::acos(std::min(std::abs(dot(a, b)), 1.0)); }
@@ -183,7 +182,7 @@ RigidTransform FeatureMatches::fitted(const RigidTransform& pose) const
   constexpr int steps = 5;
   constexpr double close = 1.5; // voxels
   RigidTransform fit = pose;
-  for (const double near : {3.0, 2.0, close})
+  for (const double near : {agreeing_voxels, 2.0, close})
     for (int step = 0; step < steps; ++step) {
       const std::vector<Match> agreed = agreeing(fit, near);
       if (agreed.size() >= enough)

@@ -12,6 +12,9 @@
 
 namespace pcl_gpu_icp {
 
+/// Matches that agree on a pose which is none.
+constexpr std::size_t support_by_chance = 10;
+
 /// Points of two clouds whose surroundings are alike, and the poses that many of them agree on: what clouds have in
 /// common shows in them, however small a part of each it is.
 class FeatureMatches {
@@ -41,8 +44,10 @@ private:
     SurfacePoint source, target;
   };
 
+  static constexpr double agreeing_voxels = 3;
+
   /// \param near in voxels
-  std::vector<Match> agreeing(const RigidTransform& pose, double near = 3) const;
+  std::vector<Match> agreeing(const RigidTransform& pose, double near = agreeing_voxels) const;
   bool areCompatible(const Match& a, const Match& b) const;
 
   double voxel_ = 0;

@@ -1,5 +1,6 @@
 #include <pcl_gpu_icp/overlap_search.h>
 
+#include "geometry/vector.h"
 #include "search/voxels.h"
 #include "thin_target.h"
 

@@ -1,6 +1,7 @@
 #include <pcl_gpu_icp/pose_search.h>
 
 #include "feature_matches.h"
+#include "geometry/vector.h"
 #include "pose_starts.h"
 #include "qualities.h"
 #include "search/bulk.h"
@@ -357,8 +358,7 @@ private:
 
   static double byBoth(const Candidate& candidate)
   {
-    constexpr double by_chance = 10; // matches that agree on a pose which is none
-    return candidate.score * (by_chance + static_cast<double>(candidate.support));
+    return candidate.score * static_cast<double>(support_by_chance + candidate.support);
   }
 
   /// The best first, of those that are near each other one.

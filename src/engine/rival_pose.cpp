@@ -1,5 +1,7 @@
 #include <pcl_gpu_icp/pose_search.h>
 
+#include "feature_matches.h"
+
 #include <algorithm>
 
 namespace pcl_gpu_icp {
@@ -24,8 +26,8 @@ bool fitsPlainly(const PoseCandidate& pose, const PoseCandidate& best)
 /// Whether features, which tell apart what only points have in common, are all for the best.
 bool isOutvoted(const PoseCandidate& pose, const PoseCandidate& best)
 {
-  constexpr std::size_t by_chance = 10, times_more = 2;
-  return times_more * (pose.support + by_chance) <= best.support + by_chance;
+  constexpr std::size_t times_more = 2;
+  return times_more * (pose.support + support_by_chance) <= best.support + support_by_chance;
 }
 
 /// The share, of one cloud or the other, that is in view of the other and not there.

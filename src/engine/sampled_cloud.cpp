@@ -1,5 +1,6 @@
 #include "sampled_cloud.h"
 
+#include "search/box_tree.h"
 #include "search/surroundings.h"
 
 #include <pcl_gpu_icp/icp_loop.h>
@@ -7,7 +8,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 #include <limits>
 
 namespace pcl_gpu_icp {
@@ -17,31 +17,10 @@ namespace {
 constexpr std::size_t points_at_most = 1 << 14;
 
 /// Without those that repeat another: at a pile of them there is no spacing.
-std::vector<PlacedPoint> distinct(const std::vector<PlacedPoint>& points)
+std::vector<PlacedPoint> distinct(std::vector<PlacedPoint> points)
 {
-  std::size_t slots = 1;
-  while (slots < 2 * points.size())
-    slots *= 2;
-  constexpr std::size_t none = ~std::size_t(0);
-  std::vector<std::size_t> kept_at(slots, none);
-  std::vector<PlacedPoint> kept;
-  kept.reserve(points.size());
-  for (const PlacedPoint& point : points) {
-    std::uint64_t hash = 0;
-    for (const float x : point.xyz) {
-      std::uint32_t bits = 0;
-      std::memcpy(&bits, &x, sizeof(bits));
-      hash = (hash ^ bits) * 0x9E3779B97F4A7C15;
-    }
-    std::size_t slot = hash >> 32 & (slots - 1);
-    while (kept_at[slot] != none && !std::equal(point.xyz, point.xyz + 3, kept[kept_at[slot]].xyz))
-      slot = (slot + 1) & (slots - 1);
-    if (kept_at[slot] != none)
-      continue;
-    kept_at[slot] = kept.size();
-    kept.push_back(point);
-  }
-  return kept;
+  search::dropCoincident(points);
+  return points;
 }
 
 /// Enough to tell shares by, and few beside what an alignment of so many does.

@@ -35,11 +35,6 @@ RigidTransform PlacedPair::betweenClouds(const RigidTransform& pose) const
                    {-target_pivot[0], -target_pivot[1], -target_pivot[2]});
 }
 
-double distance(const std::array<double, 3>& a, const std::array<double, 3>& b)
-{
-  return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
-}
-
 double angleBetween(const RigidTransform& a, const RigidTransform& b)
 {
   double trace = 0;

@@ -29,8 +29,6 @@ struct PlacedPair {
   std::vector<PlacedPoint> source_points, target_points;
 };
 
-double distance(const std::array<double, 3>& a, const std::array<double, 3>& b);
-
 /// Of the rotation between two poses, in radians.
 double angleBetween(const RigidTransform& a, const RigidTransform& b);
 

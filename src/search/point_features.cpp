@@ -1,5 +1,6 @@
 #include "point_features.h"
 
+#include "geometry/vector.h"
 #include "place_grid.h"
 
 #include <pcl_gpu_icp/parallel_for.h>
@@ -19,13 +20,6 @@ constexpr std::size_t bins = PointFeature::bins;
 
 // The histograms of the three angles, one after the other. Those of two change sign with the normals.
 constexpr std::size_t across = 0, along = bins, about = 2 * bins;
-
-double dot(const Vector& a, const Vector& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-
-Vector cross(const Vector& a, const Vector& b)
-{
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
 
 /// \param share from 0 to 1 of the range of the angle
 std::size_t binOf(double share) { return std::min(static_cast<std::size_t>(std::max(share, 0.0) * bins), bins - 1); }
