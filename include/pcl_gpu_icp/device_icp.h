@@ -140,6 +140,10 @@ protected:
   };
   virtual CovarianceSettings covarianceSettings() const { return {}; }
 
+  /// The largest squared distance, in float32, at which points are a pair. As pcl::IterativeClosestPoint compares with
+  /// its limit: the sign does not matter, and NaN is no limit.
+  virtual float squaredLimit() const;
+
   void computeTransformation(PointCloudSource& output, const Matrix4& guess) override;
 
   /// As pcl::IterativeClosestPoint::transformCloud, computed in double; in float where PCL's own bits are asked for.

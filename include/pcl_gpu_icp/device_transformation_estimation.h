@@ -26,6 +26,9 @@ class DeviceTransformationEstimation
 public:
   using Matrix4 = typename pcl::registration::TransformationEstimation<PointSource, PointTarget, Scalar>::Matrix4;
 
+  /// A copy has the settings, and estimates by itself.
+  DeviceTransformationEstimation(const DeviceTransformationEstimation& other);
+  DeviceTransformationEstimation& operator=(const DeviceTransformationEstimation& other);
   ~DeviceTransformationEstimation() override = default;
 
   /// The device to run on; by default Device::select(), on first use.

@@ -59,6 +59,7 @@ public:
 
 protected:
   typename Base::CovarianceSettings covarianceSettings() const override;
+  float squaredLimit() const override;
 
 private:
   /// PCL's GICP goes on until no entry of the rotation has changed by more than the rotation epsilon, and none of the

@@ -37,6 +37,8 @@ public:
       const Points& points, std::uint64_t fingerprint, unsigned neighbours)>;
 
   TransformationEstimationPointToPlaneLLS();
+  TransformationEstimationPointToPlaneLLS(const TransformationEstimationPointToPlaneLLS& other);
+  TransformationEstimationPointToPlaneLLS& operator=(const TransformationEstimationPointToPlaneLLS& other);
   ~TransformationEstimationPointToPlaneLLS() override = default;
 
   /// How many points, itself among them, a normal is estimated from where the target has none: 20 by default.

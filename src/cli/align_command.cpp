@@ -26,7 +26,6 @@
 #include <pcl_gpu_icp/icp.h>
 #include <pcl_gpu_icp/stopwatch.h>
 
-#include <array>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -53,7 +52,10 @@ struct Outputs {
   std::unique_ptr<OutputFile> png;
   std::unique_ptr<OutputFile> page;
 
-  std::array<const std::unique_ptr<OutputFile>*, 6> all() const { return {&cloud, &both, &matrix, &json, &png, &page}; }
+  std::vector<OutputFile*> all() const
+  {
+    return {cloud.get(), both.get(), matrix.get(), json.get(), png.get(), page.get()};
+  }
 };
 
 Outputs openOutputs(const AlignOptions& options)
@@ -67,10 +69,7 @@ Outputs openOutputs(const AlignOptions& options)
                   open("--json", options.json == "-" ? "" : options.json),
                   open("--png", options.png),
                   open("--report", options.report)};
-  std::vector<const OutputFile*> files;
-  for (const auto* file : outputs.all())
-    files.push_back(file->get());
-  requireDistinct(files);
+  requireDistinct(outputs.all());
   return outputs;
 }
 
@@ -201,10 +200,7 @@ ExitCode align(const AlignOptions& options)
   writeResults(outputs, files, report, options);
   if (outputs.png || outputs.page)
     drawResults(outputs, report, shownPair(pair, posesOf(report, pair)), errors);
-  // Only now that all are on the disk may any take its name.
-  for (const auto* file : outputs.all())
-    if (*file)
-      (*file)->commit();
+  OutputFile::commit(outputs.all());
   if (options.json == "-")
     writeToStandardOutput(report::toJson(report));
   else if (!options.quiet)

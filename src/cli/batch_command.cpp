@@ -230,7 +230,7 @@ private:
     if (files_.page)
       files_.page->write(batchPage(report, readFile(files_.results->path()), gallery_, places, thisRun()));
     files_.summary->write(report::toJson(report));
-    files_.commit(); // only now that all are on the disk
+    files_.commit();
   }
 
   /// \return the poses

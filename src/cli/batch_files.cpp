@@ -66,11 +66,6 @@ BatchFiles::BatchFiles(const std::string& directory,
   results = std::make_unique<ResultsFile>(results_path, existing);
 }
 
-void BatchFiles::commit()
-{
-  for (const auto* file : {&kitti, &tum, &trace, &page, &summary})
-    if (*file)
-      (*file)->commit();
-}
+void BatchFiles::commit() { OutputFile::commit({kitti.get(), tum.get(), trace.get(), page.get(), summary.get()}); }
 
 } // namespace pcl_gpu_icp::cli

@@ -261,9 +261,7 @@ ExitCode compare(const CompareOptions& options)
       poses.push_back({"stock PCL", report.stock->transform});
     page->write(comparisonPage(report, alignment, shownPair(pair, poses), done.errors, thisRun()));
   }
-  for (const auto* file : {&json, &page})
-    if (*file)
-      (*file)->commit();
+  OutputFile::commit({json.get(), page.get()});
   if (options.json == "-")
     writeToStandardOutput(report::toJson(report));
   else if (!options.quiet)

@@ -30,20 +30,30 @@ fs::path resolved(fs::path path, std::error_code& error)
   return fs::weakly_canonical(path, error);
 }
 
-bool renamed(const std::string& from, const std::string& to, bool overwrite)
+/// \param flags of renameat2, which not every file system has: `instead` is called there
+template <typename Instead>
+bool renamed(const std::string& from, const std::string& to, unsigned flags, const Instead& instead)
 {
-  if (overwrite)
-    return rename(from.c_str(), to.c_str()) == 0;
-  if (renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), RENAME_NOREPLACE) == 0)
+  if (renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), flags) == 0)
     return true;
-  if (errno != EINVAL && errno != ENOSYS)
-    return false;
-  // A file system without RENAME_NOREPLACE.
-  if (access(to.c_str(), F_OK) == 0) {
+  return (errno == EINVAL || errno == ENOSYS) && instead();
+}
+
+bool renamed(const std::string& from, const std::string& to) { return rename(from.c_str(), to.c_str()) == 0; }
+
+bool exchanged(const std::string& from, const std::string& to)
+{
+  return renamed(from, to, RENAME_EXCHANGE, [&] { return renamed(from, to); });
+}
+
+bool renamedToNone(const std::string& from, const std::string& to)
+{
+  return renamed(from, to, RENAME_NOREPLACE, [&] {
+    if (access(to.c_str(), F_OK) != 0)
+      return renamed(from, to);
     errno = EEXIST;
     return false;
-  }
-  return rename(from.c_str(), to.c_str()) == 0;
+  });
 }
 
 /// The names of the temporary files that there are.
@@ -136,16 +146,49 @@ void OutputFile::write(std::string_view content)
     fail(written ? lastError() : error);
 }
 
-void OutputFile::commit()
+void OutputFile::commit(const std::vector<OutputFile*>& files)
 {
-  const std::lock_guard<std::mutex> lock(temporaries().mutex);
-  if (!renamed(temporary_, location_, overwrite_))
-    fail(errno == EEXIST ? "appeared meanwhile; --force overwrites it" : lastError());
+  const std::lock_guard<std::mutex> lock(temporaries().mutex); // a signal finds all of them or none
+  std::vector<OutputFile*> placed;
+  for (OutputFile* file : files) {
+    if (!file)
+      continue;
+    if (!file->place()) {
+      const std::string why = errno == EEXIST ? "appeared meanwhile; --force overwrites it" : lastError();
+      for (OutputFile* before : placed)
+        before->takeBack();
+      file->fail(why);
+    }
+    placed.push_back(file);
+  }
+  for (OutputFile* file : placed)
+    file->release();
+}
+
+bool OutputFile::place()
+{
+  is_new_ = !overwrite_ || access(location_.c_str(), F_OK) != 0;
+  if (!overwrite_)
+    return renamedToNone(temporary_, location_);
+  return is_new_ ? renamed(temporary_, location_) : exchanged(temporary_, location_);
+}
+
+void OutputFile::takeBack()
+{
+  if (is_new_)
+    renamed(location_, temporary_);
+  else if (access(temporary_.c_str(), F_OK) == 0)
+    exchanged(temporary_, location_);
+}
+
+void OutputFile::release()
+{
+  unlink(temporary_.c_str());
   temporaries().names.erase(temporary_);
   temporary_.clear();
 }
 
-void requireDistinct(const std::vector<const OutputFile*>& files)
+void requireDistinct(const std::vector<OutputFile*>& files)
 {
   for (auto a = files.begin(); a != files.end(); ++a)
     for (auto b = a + 1; b != files.end(); ++b)

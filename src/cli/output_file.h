@@ -19,8 +19,11 @@ public:
 
   /// \throws Failure (Output)
   void write(std::string_view content);
-  /// Gives what was written its name.
-  void commit();
+  /// Gives what was written to each its name: to all, or, where that fails for one, to none. Where a file system cannot
+  /// exchange two files, those that were overwritten before it stay so.
+  /// \param files null ones are none
+  /// \throws Failure (Output)
+  static void commit(const std::vector<OutputFile*>& files);
 
   /// Removes all temporary files that there are. For a process that ends at once: nothing can be written any more.
   static void endAll();
@@ -33,17 +36,21 @@ public:
 
 private:
   [[noreturn]] void fail(const std::string& why) const;
+  bool place();
+  void takeBack();
+  void release();
 
   std::string option_;
   std::string path_;
   std::string location_;
-  std::string temporary_; ///< empty while there is none
+  std::string temporary_; ///< empty while there is none; once placed, of what was there before
   bool overwrite_;
+  bool is_new_ = false; ///< once placed: nothing was there before
 };
 
 /// \param files null ones are none
 /// \throws Failure (Usage) where two are the same
-void requireDistinct(const std::vector<const OutputFile*>& files);
+void requireDistinct(const std::vector<OutputFile*>& files);
 
 /// Writes it all to an open file.
 /// \return false, and errno, where that was not possible

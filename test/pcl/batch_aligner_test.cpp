@@ -315,6 +315,25 @@ TEST(BatchAligner, GuessScalarAndFitnessScore)
   EXPECT_EQ(*results[1].fitness_score, icp.getFitnessScore());
 }
 
+TEST(BatchAligner, AGuessThatIsNoneIsAnErrorAsItIsAlone)
+{
+  const Pair pair = pairsOf(1).front();
+  Eigen::Matrix4f guess = Eigen::Matrix4f::Identity();
+  guess(3, 0) = 0.5F;
+  IterativeClosestPoint<Point, Point> icp;
+  icp.setInputSource(pair.source);
+  icp.setInputTarget(pair.target);
+  Cloud output;
+  icp.align(output, guess);
+  ASSERT_EQ(icp.getResult().reason, Reason::Error);
+
+  BatchAligner batch;
+  batch.add<Point, Point>(pair.source, pair.target, {}, guess);
+  const BatchResult result = batch.run().front();
+  EXPECT_EQ(result.alignment.reason, Reason::Error);
+  EXPECT_EQ(result.alignment.message, icp.getResult().message);
+}
+
 TEST(BatchAligner, CancelEndsAnAlignmentAtItsNextOperation)
 {
   const Watchdog watchdog;

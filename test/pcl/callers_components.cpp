@@ -5,6 +5,7 @@
 #include <pcl/registration/correspondence_rejection_distance.h>
 #include <pcl/registration/correspondence_rejection_median_distance.h>
 #include <pcl/registration/correspondence_rejection_one_to_one.h>
+#include <pcl/registration/correspondence_rejection_organized_boundary.h>
 #include <pcl/registration/correspondence_rejection_sample_consensus.h>
 #include <pcl/registration/correspondence_rejection_surface_normal.h>
 #include <pcl/registration/correspondence_rejection_trimmed.h>
@@ -95,6 +96,8 @@ Rejector::Ptr rejector(const std::string& name)
   }
   if (name == "one to one")
     return pcl::make_shared<CorrespondenceRejectorOneToOne>();
+  if (name == "organized boundary")
+    return pcl::make_shared<CorrespondenceRejectionOrganizedBoundary>();
   if (name == "median") {
     const auto made = pcl::make_shared<CorrespondenceRejectorMedianDistance>();
     made->setMedianFactor(1.5);

@@ -317,6 +317,27 @@ TEST_P(Generalized, LimitAndGuessAndIndicesKeepPclsMeaning)
   EXPECT_EQ(icp_.getResult().source_points, source_->size());
 }
 
+TEST_P(Generalized, PairsAtTheLimitItselfAreNoneAsInPcl)
+{
+  // A lattice, so that distances are exactly one.
+  Cloud::Ptr lattice(new Cloud), shifted(new Cloud);
+  for (int i = 0; i < 12; ++i)
+    for (int j = 0; j < 12; ++j) {
+      const auto x = static_cast<float>(i), y = static_cast<float>(j);
+      lattice->push_back({4 * x, 4 * y, 0});
+      shifted->push_back({4 * x, 4 * y, 1});
+    }
+  for (const double limit : {1.0, std::nextafter(1.0, 2.0)}) {
+    Stock stock;
+    icp_.setMaxCorrespondenceDistance(limit);
+    stock.setMaxCorrespondenceDistance(limit);
+    align(icp_, shifted, lattice);
+    align(stock, shifted, lattice);
+    EXPECT_EQ(icp_.getResult().reason != Reason::NoCorrespondences, limit > 1);
+    EXPECT_EQ(stock.getFinalTransformation() != Matrix4f::Identity(), limit > 1) << "PCL itself";
+  }
+}
+
 TEST_P(Generalized, IndicesThatAreNoneAreReadByNobody)
 {
   icp_.setIndices(pcl::make_shared<pcl::Indices>(pcl::Indices{0, 99999}));

@@ -96,6 +96,25 @@ TEST_F(PointToPlane, EstimatesWhatPclEstimates)
   EXPECT_EQ(actual, before) << "sizes that differ";
 }
 
+TEST_F(PointToPlane, EstimatorsCanBeCopiedAndAssigned)
+{
+  const auto run = [&](const auto& estimator) {
+    Eigen::Matrix4f matrix;
+    estimator.estimateRigidTransformation(*target, *scenes::moved(*target, scenes::smallMotion()), matrix);
+    return matrix;
+  };
+  auto original = *planes<PointNormal>();
+  original.setNumberOfNeighbours(7);
+  const Eigen::Matrix4f expected = run(original);
+  const auto copy = original;
+  EXPECT_EQ(copy.getNumberOfNeighbours(), 7U);
+  EXPECT_EQ(run(copy), expected);
+  auto assigned = *planes<PointNormal>();
+  assigned = original;
+  EXPECT_EQ(assigned.getNumberOfNeighbours(), 7U);
+  EXPECT_EQ(run(assigned), expected);
+}
+
 TEST_F(PointToPlane, IcpIsThatOfStockPcl)
 {
   const auto compare = [this](auto scalar, auto configure, double metres) {

@@ -144,6 +144,31 @@ TEST(EstimationInStockIcp, GivesWhatStockGives)
   EXPECT_LT((align(true) - align(false)).norm(), 2e-5);
 }
 
+// As pcl::registration::TransformationEstimationSVD can be.
+TYPED_TEST(Estimation, CanBeCopiedAndAssigned)
+{
+  using Matrix4 = typename TestFixture::Matrix4;
+  using Ours = typename TestFixture::Ours;
+  const auto run = [&](const Ours& estimator) {
+    Matrix4 matrix;
+    estimator.estimateRigidTransformation(*this->source, *this->target, matrix);
+    return matrix;
+  };
+  Ours original;
+  original.setPipeline(Pipeline::Staged);
+  const Matrix4 expected = run(original);
+  const Ours copy = original;
+  EXPECT_EQ(copy.getPipeline(), Pipeline::Staged);
+  EXPECT_EQ(copy.getEstimate().pairs, original.getEstimate().pairs);
+  EXPECT_EQ(run(copy), expected);
+  Ours assigned;
+  run(assigned); // has an estimator for the other pipeline
+  assigned = original;
+  EXPECT_EQ(assigned.getPipeline(), Pipeline::Staged);
+  EXPECT_EQ(run(assigned), expected);
+  EXPECT_EQ(run(original), expected);
+}
+
 TEST(EstimationDevice, IsTheOneThatWasSet)
 {
   const auto devices = pcl_gpu_icp::Device::list();

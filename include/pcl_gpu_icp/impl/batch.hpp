@@ -13,15 +13,14 @@ std::size_t BatchAligner::add(const typename pcl::PointCloud<PointSource>::Const
 {
   if (!source || !target)
     throw InvalidArgument(std::string("BatchAligner::add: no ") + (source ? "target" : "source") + " cloud");
-  // Not as an Eigen matrix: the closure would have to be aligned for it.
-  const RigidTransform from = detail::toRigidTransform<Scalar>(guess);
+  const Eigen::Matrix<Scalar, 4, 4, Eigen::DontAlign> from = guess; // else the closure would have to be aligned for it
   return add(source->size() + target->size(), [=](DeviceLane& lane) {
     IterativeClosestPoint<PointSource, PointTarget, Scalar> icp;
     if (configure)
       configure(icp);
     icp.setInputSource(source);
     icp.setInputTarget(target);
-    return align(lane, icp, detail::toMatrix<Scalar>(from));
+    return align(lane, icp, from);
   });
 }
 

@@ -86,7 +86,7 @@ double DeviceIcp<PclIcp>::truncatedMean(std::size_t matched, double mean_square)
 {
   // A point without a match counts as one at the limit, so that losing matches does not look like progress.
   const std::size_t all = finite_indices_->size();
-  const double limit_sq = detail::squaredLimit(this->corr_dist_threshold_);
+  const double limit_sq = squaredLimit();
   if (matched >= all || std::isinf(limit_sq))
     return mean_square;
   const double share = static_cast<double>(matched) / static_cast<double>(all);
@@ -96,8 +96,7 @@ double DeviceIcp<PclIcp>::truncatedMean(std::size_t matched, double mean_square)
 template <typename PclIcp>
 void DeviceIcp<PclIcp>::matchOnDevice(const RigidTransform& pose)
 {
-  const Matches found =
-      matcher_->match(pose, detail::squaredLimit(this->corr_dist_threshold_), increment_from_matching_);
+  const Matches found = matcher_->match(pose, squaredLimit(), increment_from_matching_);
   searched_ += found.searched;
   increment_ = found.increment;
   matched_ = increment_.pairs;
@@ -132,7 +131,7 @@ template <typename PclIcp>
 void DeviceIcp<PclIcp>::keepMutual(const RigidTransform& pose)
 {
   const RigidTransform back = inverse(pose);
-  backward_matcher_->match(back, detail::squaredLimit(this->corr_dist_threshold_), false);
+  backward_matcher_->match(back, squaredLimit(), false);
   std::vector<std::int32_t> nearest_source(this->target_->size(), pcl::UNAVAILABLE);
   for (const Correspondence& c : backward_matcher_->correspondences(back))
     nearest_source[c.source] = c.target;
@@ -153,7 +152,7 @@ void DeviceIcp<PclIcp>::listCorrespondences(const std::vector<Correspondence>& c
 template <typename PclIcp>
 void DeviceIcp<PclIcp>::queryCallersSearch()
 {
-  const float limit = detail::squaredLimit(this->corr_dist_threshold_);
+  const float limit = squaredLimit();
   pcl::Correspondences nearest(finite_indices_->size());
   parallelFor(nearest.size(), search::queries_at_a_time, result_.threads, [&](std::size_t begin, std::size_t end) {
     pcl::Indices index(1);

@@ -26,14 +26,14 @@ inline float floatAtMost(double value)
   return rounded > value ? std::nextafter(rounded, -std::numeric_limits<float>::infinity()) : rounded;
 }
 
-/// `distance` squared: what a squared float distance is compared with. As PCL's comparison takes them, its sign does
-/// not matter, and NaN is no limit.
-inline float squaredLimit(double distance)
-{
-  return std::isnan(distance) ? std::numeric_limits<float>::infinity() : floatAtMost(distance * distance);
-}
-
 } // namespace detail
+
+template <typename PclIcp>
+float DeviceIcp<PclIcp>::squaredLimit() const
+{
+  const double distance = this->corr_dist_threshold_;
+  return std::isnan(distance) ? std::numeric_limits<float>::infinity() : detail::floatAtMost(distance * distance);
+}
 
 template <typename PclIcp>
 void DeviceIcp<PclIcp>::prepare(const Matrix4& guess)

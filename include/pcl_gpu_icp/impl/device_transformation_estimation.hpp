@@ -38,6 +38,31 @@ Points matchedPoints(const pcl::PointCloud<PointT>& cloud,
 } // namespace detail
 
 template <typename PointSource, typename PointTarget, typename Scalar, typename Estimator>
+DeviceTransformationEstimation<PointSource, PointTarget, Scalar, Estimator>::DeviceTransformationEstimation(
+    const DeviceTransformationEstimation& other)
+: pcl::registration::TransformationEstimation<PointSource, PointTarget, Scalar>(other)
+, name_(other.name_)
+{
+  const std::lock_guard<std::mutex> lock(other.mutex_);
+  device_ = other.device_;
+  last_estimate_ = other.last_estimate_;
+}
+
+template <typename PointSource, typename PointTarget, typename Scalar, typename Estimator>
+DeviceTransformationEstimation<PointSource, PointTarget, Scalar, Estimator>&
+DeviceTransformationEstimation<PointSource, PointTarget, Scalar, Estimator>::operator=(
+    const DeviceTransformationEstimation& other)
+{
+  if (this == &other)
+    return *this;
+  const std::scoped_lock lock(mutex_, other.mutex_);
+  device_ = other.device_;
+  last_estimate_ = other.last_estimate_;
+  idle_estimators_.clear();
+  return *this;
+}
+
+template <typename PointSource, typename PointTarget, typename Scalar, typename Estimator>
 void DeviceTransformationEstimation<PointSource, PointTarget, Scalar, Estimator>::setDevice(const Device& device)
 {
   const std::lock_guard<std::mutex> lock(mutex_);

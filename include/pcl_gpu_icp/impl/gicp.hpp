@@ -48,6 +48,14 @@ GeneralizedIterativeClosestPoint<PointSource, PointTarget, Scalar>::covarianceSe
   return settings;
 }
 
+/// Pairs at the limit itself are none in PCL's GICP.
+template <typename PointSource, typename PointTarget, typename Scalar>
+float GeneralizedIterativeClosestPoint<PointSource, PointTarget, Scalar>::squaredLimit() const
+{
+  const float at_most = Base::squaredLimit();
+  return at_most == this->corr_dist_threshold_ * this->corr_dist_threshold_ ? std::nextafter(at_most, 0.0F) : at_most;
+}
+
 template <typename PointSource, typename PointTarget, typename Scalar>
 GeneralizedIterativeClosestPoint<PointSource, PointTarget, Scalar>::Criteria::Criteria(
     const GeneralizedIterativeClosestPoint& icp)

@@ -16,6 +16,32 @@ TransformationEstimationPointToPlaneLLS<PointSource, PointTarget, Scalar>::Trans
 }
 
 template <typename PointSource, typename PointTarget, typename Scalar>
+TransformationEstimationPointToPlaneLLS<PointSource, PointTarget, Scalar>::TransformationEstimationPointToPlaneLLS(
+    const TransformationEstimationPointToPlaneLLS& other)
+: DeviceTransformationEstimation<PointSource, PointTarget, Scalar, PlaneEstimator>(other)
+{
+  const std::lock_guard<std::mutex> lock(other.normals_mutex_);
+  neighbours_ = other.neighbours_;
+  normals_ = other.normals_;
+  normals_of_ = other.normals_of_;
+}
+
+template <typename PointSource, typename PointTarget, typename Scalar>
+TransformationEstimationPointToPlaneLLS<PointSource, PointTarget, Scalar>&
+TransformationEstimationPointToPlaneLLS<PointSource, PointTarget, Scalar>::operator=(
+    const TransformationEstimationPointToPlaneLLS& other)
+{
+  if (this == &other)
+    return *this;
+  DeviceTransformationEstimation<PointSource, PointTarget, Scalar, PlaneEstimator>::operator=(other);
+  const std::scoped_lock lock(normals_mutex_, other.normals_mutex_);
+  neighbours_ = other.neighbours_;
+  normals_ = other.normals_;
+  normals_of_ = other.normals_of_;
+  return *this;
+}
+
+template <typename PointSource, typename PointTarget, typename Scalar>
 void TransformationEstimationPointToPlaneLLS<PointSource, PointTarget, Scalar>::setNumberOfNeighbours(
     unsigned neighbours)
 {
