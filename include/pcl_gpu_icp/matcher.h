@@ -86,6 +86,10 @@ public:
   void setLoss(const Loss& loss);
   void setMotions(Motions motions);
 
+  /// How many steps an increment takes towards its minimum at most, where that has no closed solution: 20 at first. One
+  /// is enough where pairs change more than the increment does.
+  void setSteps(int most);
+
   /// Distinct finite target points.
   std::size_t targetSize() const;
 

@@ -155,6 +155,8 @@ void Matcher::setLoss(const Loss& loss)
 
 void Matcher::setMotions(Motions motions) { implementation_->objective.motions = motions; }
 
+void Matcher::setSteps(int most) { implementation_->objective.steps = most; }
+
 void Matcher::setSource(const Points& source)
 {
   Implementation& self = *implementation_;

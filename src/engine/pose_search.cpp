@@ -110,6 +110,7 @@ public:
       const double scale = round.scale * pair_.voxel;
       matcher.setLoss({LossFunction::GemanMcClure, scale});
       matcher.setMotions(motions_);
+      matcher.setSteps(1);
       for (std::size_t i = first; i < std::min(first + of_a_group, candidates.size()); ++i) {
         RigidTransform& pose = candidates[i].transform;
         for (int iteration = 0; iteration < round.iterations; ++iteration)

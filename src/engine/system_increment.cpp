@@ -209,7 +209,6 @@ Estimate SystemIncrement::estimate(opencl::Queue& queue,
 {
   // The cost is quadratic in the shift; what a step leaves over is of the order of its angle squared.
   constexpr double linear_angle = 1e-3;
-  constexpr int steps_at_most = 20;
 
   if (knowsBothSurfaces(metric_) && source_surfaces_ != source_points_)
     throw InvalidArgument("the source's points are " + std::to_string(source_points_) + ", its " +
@@ -232,7 +231,7 @@ Estimate SystemIncrement::estimate(opencl::Queue& queue,
   const std::array<double, 3> centre = system.centre;
   RigidTransform done; // from the pose to where `system` is of
   double share = 1;
-  for (int steps = 1; steps < steps_at_most && angleOf(motionOf(step)) > linear_angle; ++steps) {
+  for (int steps = 1; steps < sought.steps && angleOf(motionOf(step)) > linear_angle; ++steps) {
     const RigidTransform next = compose(motionOf(step), done);
     const System there =
         systemAt(queue, precision, source, inFloat(compose(next, pose)), pose, matches, target, sought);

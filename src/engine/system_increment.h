@@ -19,6 +19,7 @@ class PointPairs;
 struct Objective {
   Loss loss;
   Motions motions = Motions::Rigid;
+  int steps = 20; ///< towards the minimum, at most
 
   /// Whether point-to-point has its closed solution.
   bool isPlain() const;

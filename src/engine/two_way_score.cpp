@@ -34,6 +34,7 @@ TwoWayScore::TwoWayScore(const Device& device,
   for (Matcher* matcher : {&forward_, &backward_}) {
     matcher->setShare(share);
     matcher->setLoss({LossFunction::GemanMcClure, scale});
+    matcher->setSteps(1);
   }
 }
 

@@ -80,7 +80,7 @@ class Interrupted(BatchTest):
 
     def test_interrupted_while_the_kernels_are_built(self):
         """What PoCL's compiler makes of a signal is no failure of a pair."""
-        for delay in (0, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4):
+        for delay in (0, 0.1, 0.2, 0.4):
             with self.subTest(delay):
                 cache = {"POCL_CACHE_DIR": self.path(f"cache {delay}")}
                 process = subprocess.Popen(

@@ -211,6 +211,24 @@ TEST_P(Objective, WithLossIsTheReweightedMinimum)
   }
 }
 
+TEST_P(Objective, OneStepAtATimeLeadsToTheSameMinimum)
+{
+  constexpr std::size_t n = 100;
+  constexpr double scale = 0.15;
+  const Definition& loss = definitions[2];
+  for (const Metric metric : {Metric::Point, Metric::Generalized}) {
+    SCOPED_TRACE(toString(metric));
+    const Pairs pairs = pairsFor(metric, n);
+    Matcher matcher = matcherOf(metric, pairs);
+    matcher.setLoss({loss.function, scale});
+    const RigidTransform all_steps = matcher.match({}, infinity).increment.transform;
+    matcher.setSteps(1);
+    EXPECT_NE(matcher.match({}, infinity).increment.transform.translation, all_steps.translation);
+    const Isometry3d found = isometryOf(converged(matcher, pairs));
+    EXPECT_LT(rmsDifference(found, minimumOf(pairs, &loss, scale, Motions::Rigid), pairs.source), tolerance());
+  }
+}
+
 TEST_P(Objective, WithFewerMotionsIsTheMinimumAmongThem)
 {
   constexpr std::size_t n = 100;
