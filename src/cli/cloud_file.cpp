@@ -3,6 +3,7 @@
 #include "cli/foreign_file.h"
 #include "cli/input_file.h"
 #include "cli/kitti_scan.h"
+#include "cli/las.h"
 #include "cli/lower_case.h"
 #include "cli/number.h"
 #include "cli/pcd.h"
@@ -79,6 +80,8 @@ Cloud parseCloud(const std::string& path, std::string_view content)
     return readPcd(path, content);
   if (isVtk(content))
     return readVtk(path, content);
+  if (isLas(content))
+    return readLas(path, content);
   // Before what starts with bytes of its own, as any number may.
   if (extensionOf(path) == ".bin" && looksBinary(content))
     return readKittiScan(path, content);

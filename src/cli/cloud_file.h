@@ -13,8 +13,8 @@ enum class CloudFormat { Pcd, Ply };
 /// Of a file to write, by the extension, whatever its case.
 std::optional<CloudFormat> formatOf(const std::string& path);
 
-/// Reads a PCD, PLY or VTK file, or a text whose lines are points, told apart by content, or a scan of KITTI, whose
-/// name ends in .bin. \throws Failure (Input) that names the file and says what is wrong with it
+/// Reads a PCD, PLY, LAS or VTK file, or a text whose lines are points, told apart by content, or a scan of KITTI,
+/// whose name ends in .bin. \throws Failure (Input) that names the file and says what is wrong with it
 Cloud readCloud(const std::string& path);
 
 /// Reads the cloud that an argument names: such a file, or for "-" standard input.

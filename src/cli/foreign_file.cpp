@@ -23,9 +23,6 @@ struct Signature {
   const char* remedy;
 };
 
-// Debian 12 has nothing that converts these.
-constexpr const char* by_pdal = "; where PDAL is, which Debian 12 has not: pdal translate FILE BARE.ply";
-
 constexpr const char* from_stl = ": pcl_converter -c FILE NEW (package pcl-tools)";
 
 constexpr Signature signatures[] = {
@@ -39,8 +36,7 @@ constexpr Signature signatures[] = {
     {"\x04\x22\x4D\x18", "compressed by lz4", ": lz4 -d FILE BARE (package lz4)"},
     {"7z\xBC\xAF", "a 7z archive", ": 7z x FILE (package p7zip-full)"},
     {"PK\x03\x04", "a zip archive", ": unzip FILE (package unzip)"},
-    {"LASF", "a LAS or LAZ file", by_pdal},
-    {"ASTM-E57", "an E57 file", by_pdal},
+    {"ASTM-E57", "an E57 file", "; where PDAL is, which Debian 12 has not: pdal translate FILE BARE.ply"},
     {"version https://git-lfs", "a Git LFS pointer, not the file itself", ": git lfs pull (package git-lfs)"},
     {"#ROSBAG", "a ROS bag", "; write its clouds as PCD files first"},
     {"solid", "an STL mesh", from_stl},

@@ -272,8 +272,8 @@ void addAlignmentOptions(CLI::App& command, AlignmentOptions& options)
   command
       .add_option("SOURCE",
                   options.source,
-                  "the cloud that is moved: .pcd, .ply, a text of points (.xyz, .csv, .pts, ...), KITTI's .bin or "
-                  ".vtk; - reads standard input")
+                  "the cloud that is moved: .pcd, .ply, .las, a text of points (.xyz, .csv, .pts, ...), KITTI's .bin "
+                  "or .vtk; - reads standard input")
       ->required()
       ->type_name("FILE");
   command.add_option("TARGET", options.target, "the cloud it is moved onto, as SOURCE")

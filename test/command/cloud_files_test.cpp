@@ -202,6 +202,88 @@ TEST(KittiScan, RefusesWhatCanBeNone)
 
 namespace {
 
+/// Puts a value into the bytes of a file.
+template <typename T>
+void put(std::string& content, std::size_t place, T value)
+{
+  std::memcpy(&content[place], &value, sizeof value);
+}
+
+/// Two points, ten bytes longer than they must be: (100.5, -199.97, 3.25) and (100, -200, 3).
+std::string las(unsigned minor, unsigned format, std::size_t record)
+{
+  const std::size_t header = minor < 4 ? 227 : 375, data = header + 54; // behind a record of variable length
+  std::string content(data + 2 * (record + 10), '\0');
+  content.replace(0, 4, "LASF");
+  put<std::uint8_t>(content, 24, 1);
+  put(content, 25, static_cast<std::uint8_t>(minor));
+  put(content, 94, static_cast<std::uint16_t>(header));
+  put(content, 96, static_cast<std::uint32_t>(data));
+  put(content, 104, static_cast<std::uint8_t>(format));
+  put(content, 105, static_cast<std::uint16_t>(record + 10));
+  if (minor < 4)
+    put<std::uint32_t>(content, 107, 2);
+  else
+    put<std::uint64_t>(content, 247, 2);
+  const double scale[] = {0.5, 0.01, 0.25}, offset[] = {100, -200, 3};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    put(content, 131 + 8 * axis, scale[axis]);
+    put(content, 155 + 8 * axis, offset[axis]);
+  }
+  const std::int32_t steps[] = {1, 3, 1};
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    put(content, data + 4 * axis, steps[axis]);
+  put<std::uint16_t>(content, data + 12, 65535);
+  put<std::uint8_t>(content, data + (format < 6 ? 15 : 16), 6);
+  return content;
+}
+
+template <typename T>
+std::string lasRefusal(std::size_t place, T value)
+{
+  std::string content = las(2, 1, 28);
+  put(content, place, value);
+  return refusal(content, "a.las");
+}
+
+} // namespace
+
+TEST(Las, PointsOfEveryFormatAreRead)
+{
+  const std::pair<unsigned, std::size_t> formats[] = {
+      {0, 20}, {1, 28}, {2, 26}, {3, 34}, {4, 57}, {5, 63}, {6, 30}, {7, 36}, {8, 38}, {9, 59}, {10, 67}};
+  for (const auto& [format, record] : formats)
+    for (const unsigned minor : {0U, 2U, 4U}) {
+      SCOPED_TRACE(std::to_string(format) + " in 1." + std::to_string(minor));
+      const cli::Cloud cloud = read(las(minor, format, record), "a.las");
+      EXPECT_EQ(pointsOf(cloud), (Points{{100.5, 3 * 0.01 - 200, 3.25}, {100, -200, 3}}));
+      ASSERT_EQ(cloud.data.fields.size(), 5U);
+      std::uint16_t intensity = 0;
+      std::memcpy(&intensity, &cloud.data.data[cloud.data.fields[3].offset], sizeof intensity);
+      EXPECT_EQ(intensity, 65535);
+      EXPECT_EQ(cloud.data.data[cloud.data.fields[4].offset], 6);
+      EXPECT_EQ(cloud.data.data[cloud.data.point_step + cloud.data.fields[4].offset], 0);
+    }
+}
+
+TEST(Las, RefusesWhatCanBeNone)
+{
+  expectIn("a.las: its 4 bytes are fewer than the header of a LAS file has", refusal("LASF", "a.las"));
+  expectIn("a.las: is a LAZ file, which is compressed: laspy decompress a.las (pip install 'laspy[cli,lazrs]')",
+           lasRefusal<std::uint8_t>(104, 0x81));
+  expectIn("has points of the format 11; 0 to 10 are read", lasRefusal<std::uint8_t>(104, 11));
+  expectIn("says that a point of the format 1 has 27 bytes, and it has 28 at least",
+           lasRefusal<std::uint16_t>(105, 27));
+  expectIn("promises 3 points, and the file has 2", lasRefusal<std::uint32_t>(107, 3));
+  expectIn("promises 2 points, and the file has 0", lasRefusal<std::uint32_t>(96, 4000000000));
+  expectIn("promises 2 points, and the file has 0", lasRefusal<std::uint32_t>(96, 0));
+  expectIn("the y of its points has the scale 0 and the offset -200", lasRefusal<double>(139, 0));
+  expectIn("the z of its points has the scale 0.25 and the offset inf", lasRefusal<double>(171, INFINITY));
+  expectIn("has no points", lasRefusal<std::uint32_t>(107, 0));
+}
+
+namespace {
+
 std::string vtk(const std::string& points, const std::string& encoding = "ASCII", const std::string& set = "POLYDATA")
 {
   return "# vtk DataFile Version 3.0\nany title\n" + encoding + "\nDATASET " + set + "\nPOINTS " + points;

@@ -240,9 +240,8 @@ class ForeignFiles(CommandTest):
             ("a.pcd", b"\xfd7zXZ\0" + os.urandom(99), "xz", "unxz -k "),
             ("a.pcd", b"\x28\xb5\x2f\xfd" + os.urandom(99), "zstd", "zstd -d "),
             ("a.zip", b"PK\x03\x04" + os.urandom(99), "zip", "unzip "),
-            ("a.las", b"LASF" + bytes(371), "LAS", "pdal translate "),
-            ("a.laz", b"LASF" + bytes(371), "LAZ", "pdal translate "),
-            ("a.e57", b"ASTM-E57" + bytes(99), "E57"),
+            ("a.laz", b"LASF" + bytes(100) + b"\x81" + bytes(271), "LAZ", "laspy decompress "),
+            ("a.e57", b"ASTM-E57" + bytes(99), "E57", "pdal translate "),
             ("a.pcd", "version https://git-lfs.github.com/spec/v1\noid sha256:00\nsize 123\n", "Git LFS", "git lfs pull"),
             ("a.pcd", "<!DOCTYPE html>\n<html><body>404</body></html>\n", "HTML", "download"),
             ("a.pcd", '{"message": "Not Found"}\n', "JSON"),
@@ -353,6 +352,24 @@ class GoodInputs(CommandTest):
         header, points = read_pcd(self.path("out.pcd"))
         self.assertEqual(header["FIELDS"], ["x", "y", "z", "intensity"])
         self.assertEqual({point[3] for point in points}, {0.5})
+
+    def test_las(self):
+        """As surveys are: centimetres in integers, about a corner of the area."""
+        corner = (512345, 5403210, 312)
+
+        def las(points):
+            header = struct.pack(
+                "<4s20xBB68xHIIBHI20x6d6d", b"LASF", 1, 2, 227, 227, 0, 0, 20, len(points), *3 * [0.0001], *corner, *6 * [0])
+            return header + b"".join(
+                struct.pack("<3iHBBbBH", *(round(p * 10000) for p in point), 40000, 9, 5, 0, 0, 0) for point in points)
+
+        far = lambda points: [tuple(round(p[i], 4) + corner[i] for i in range(3)) for p in points]
+        source, target = self.write("source.las", las(POINTS)), self.write("target.las", las(TARGET))
+        result = self.align(source, target, "-o", self.path("out.pcd"))
+        self.assert_maps(result["transform"], far(POINTS), far(TARGET), 5e-4)
+        header, points = read_pcd(self.path("out.pcd"))
+        self.assertEqual(header["FIELDS"], ["x", "y", "z", "intensity", "classification"])
+        self.assertEqual({point[3:] for point in points}, {(40000, 5)})
 
     def test_vtk(self):
         start = f"# vtk DataFile Version 3.0\ntitle\n%s\nDATASET POLYDATA\nPOINTS {len(POINTS)} %s\n"

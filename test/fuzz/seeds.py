@@ -106,6 +106,28 @@ TEXT = {
     "nothing": "#\n//\n",
 }
 
+
+
+def las(minor, point_format, record, points=2, promised=None):
+    """A header as ASPRS has it, and points that are all zero."""
+    size = 227 if minor < 4 else 375
+    promised = points if promised is None else promised
+    header = struct.pack("<4s20xBB68xHIIBHI20x6d6d", b"LASF", 1, minor, size, size, 0, point_format, record,
+                         promised if minor < 4 else 0, 0.01, 0.01, 0.5, 1, -2, 3, 1, 0, 1, 0, 1, 0)
+    return header + (struct.pack("<20xQ120x", promised) if minor >= 4 else b"") + bytes(points * record)
+
+
+LAS = {
+    "plain": las(2, 0, 20),
+    "with_time": las(2, 1, 28),
+    "longer_records": las(3, 3, 40),
+    "wide": las(4, 6, 30),
+    "promises": las(2, 0, 20, promised=2**32 - 1),
+    "promises_more": las(4, 6, 30, promised=2**64 - 1),
+    "compressed": las(2, 0x80, 20),
+    "start_only": "LASF",
+}
+
 VTK_START = "# vtk DataFile Version 3.0\nt\n%s\nDATASET POLYDATA\nPOINTS %s\n"
 VTK = {
     "ascii": VTK_START % ("ASCII", "2 float") + "1 2 3\n4 5 6\n",
@@ -218,7 +240,7 @@ CLOUDS = {
     "data_like_a_header": b"\1flo\3\7\0\6\2\xff\xfe\xfd\xfcCOUNT" + bytes(range(255, -1, -1)) * 2,
 }
 
-SEEDS = {"pcd": PCD, "ply": PLY, "text": TEXT, "vtk": VTK, "cloud": CLOUDS, "against_pcl": CLOUDS, "guess": GUESSES,
+SEEDS = {"pcd": PCD, "ply": PLY, "text": TEXT, "las": LAS, "vtk": VTK, "cloud": CLOUDS, "against_pcl": CLOUDS, "guess": GUESSES,
          "manifest_csv": CSV, "manifest_jsonl": JSON, "results": RESULTS}
 
 
