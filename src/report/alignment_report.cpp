@@ -108,7 +108,7 @@ std::string toText(const AlignmentReport& report, const TextStyle& style)
   text += "result     " + endingText(report) + "\n";
   if (report.tried.size() > 1)
     text += triedText(report.tried);
-  text += "motion     " + motionText(report.transform) + "\n" + matrixText(report.transform);
+  text += "motion     " + motionText(report.transform, report.centroid) + "\n" + matrixText(report.transform);
   text += pairsText(report);
   if (result.quality)
     text += qualityText(*result.quality);

@@ -34,15 +34,21 @@ std::string matrixText(const RigidTransform& transform)
   return text;
 }
 
-std::string motionText(const RigidTransform& transform)
+std::string motionText(const RigidTransform& transform, const std::array<double, 3>& centroid)
 {
+  constexpr double mostly = 10;
   const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> rotation(transform.rotation.data());
   const Eigen::AngleAxisd turn{Eigen::Matrix3d(rotation)};
-  const auto& [x, y, z] = transform.translation;
-  const double shift = std::hypot(x, y, z), degrees = turn.angle() * degrees_per_radian;
-  std::string text = format("shifts by %.6g", shift);
-  if (shift > 0)
-    text += " " + directionText("along", {x / shift, y / shift, z / shift});
+  const Eigen::Map<const Eigen::Vector3d> of_origin(transform.translation.data()), middle(centroid.data());
+  const Eigen::Vector3d of_middle = rotation * middle + of_origin - middle;
+  const bool is_far = of_origin.norm() > mostly * of_middle.norm();
+  const Eigen::Vector3d& shift = is_far ? of_middle : of_origin;
+  const double degrees = turn.angle() * degrees_per_radian;
+  std::string text = format("shifts %sby %.6g", is_far ? "the source's middle " : "", shift.norm());
+  if (shift.norm() > 0) {
+    const Eigen::Vector3d along = shift.normalized();
+    text += " " + directionText("along", {along.x(), along.y(), along.z()});
+  }
   text += format(", turns by %.6g degrees", degrees);
   return degrees > 0 ? text + " " + directionText("about", {turn.axis().x(), turn.axis().y(), turn.axis().z()}) : text;
 }

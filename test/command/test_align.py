@@ -3,6 +3,7 @@
 import functools
 import math
 import os
+import re
 import subprocess
 
 from command import (
@@ -117,6 +118,18 @@ class Align(CommandTest):
         text = self.succeed("align", self.source, turned, "--guess", guess)
         self.assertIn("\nmotion     shifts by 3 along (0, 0, 1), turns by 90 degrees about (0.27, 0.53, 0.8)\n", text)
         self.assertNotIn("-0.0000000000", text)
+
+    def test_a_motion_of_what_is_far_from_the_origin_is_that_of_its_middle(self):
+        corner = (433000, 5411000, 200)
+        far = lambda points: [tuple(p + c for p, c in zip(point, corner)) for point in points]
+        about = lambda point: tuple(m + c for m, c in zip(moved(MOTION, [p - c for p, c in zip(point, corner)]), corner))
+        source = self.write("far.pcd", pcd(far(POINTS), "binary", XYZ_DOUBLE))
+        target = self.write("turned.pcd", pcd([about(point) for point in far(POINTS)], "binary", XYZ_DOUBLE))
+        text = self.succeed("align", source, target)
+        shift = re.search(r"\nmotion     shifts the source's middle by (\S+) along .*, turns by (\S+) degrees about", text)
+        middle = [sum(axis) / len(POINTS) for axis in zip(*POINTS)]
+        self.assertAlmostEqual(float(shift[1]), math.dist(moved(MOTION, middle), middle), places=4)
+        self.assertAlmostEqual(float(shift[2]), 3, places=3)
         self.assertNotIn(" -0 ", text)
 
     def test_same_bits_on_every_run(self):
