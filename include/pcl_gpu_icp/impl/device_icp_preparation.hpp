@@ -8,6 +8,7 @@
 
 #include <pcl/common/point_tests.h>
 #include <pcl/conversions.h>
+#include <pcl/pcl_config.h>
 
 #include <cmath>
 #include <limits>
@@ -376,8 +377,12 @@ void DeviceIcp<PclIcp>::prepareCriteria()
   criteria.setMaximumIterations(this->max_iterations_);
   criteria.setRelativeMSE(this->euclidean_fitness_epsilon_);
   criteria.setTranslationThreshold(this->transformation_epsilon_);
-  criteria.setRotationThreshold(this->transformation_rotation_epsilon_ > 0 ? this->transformation_rotation_epsilon_
-                                                                           : 1.0 - this->transformation_epsilon_);
+  if (this->transformation_rotation_epsilon_ > 0)
+    criteria.setRotationThreshold(this->transformation_rotation_epsilon_);
+#if PCL_VERSION_COMPARE(<, 1, 14, 0) // From then on PCL leaves the criteria the threshold they have.
+  else
+    criteria.setRotationThreshold(1.0 - this->transformation_epsilon_);
+#endif
 }
 
 template <typename PclIcp>
