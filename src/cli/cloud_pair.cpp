@@ -74,6 +74,7 @@ void describe(report::AlignmentReport& report,
               const RigidTransform& transform)
 {
   report.only_good = options.strict;
+  report.once = options.once;
   report.takes_undetermined = options.undetermined != Undetermined::Fail;
   report.iteration_limit = options.iterations;
   report.max_distance = options.max_distance;

@@ -207,6 +207,11 @@ ExitCode compare(const CompareOptions& options)
   if (options.metric == Metric::Generalized && (options.trim || options.reciprocal))
     throw Failure(ExitCode::Usage,
                   "--metric gicp: stock PCL's ignores --trim and --reciprocal, so there is nothing to compare");
+  if (!options.preset.empty() && options.loss.weighs() && !options.loss_is_given)
+    throw Failure(ExitCode::Usage,
+                  "--preset " + options.preset + ": it sets --loss " + toString(options.loss.function) +
+                      ", which stock PCL has not, so there is nothing to compare; --loss none leaves its --metric " +
+                      toString(options.metric));
   if (options.loss.weighs() || options.motions != Motions::Rigid || options.undetermined == Undetermined::Keep)
     throw Failure(
         ExitCode::Usage,

@@ -36,7 +36,11 @@ constexpr Signature signatures[] = {
     {"\x04\x22\x4D\x18", "compressed by lz4", ": lz4 -d FILE BARE (package lz4)"},
     {"7z\xBC\xAF", "a 7z archive", ": 7z x FILE (package p7zip-full)"},
     {"PK\x03\x04", "a zip archive", ": unzip FILE (package unzip)"},
-    {"ASTM-E57", "an E57 file", "; where PDAL is, which Debian 12 has not: pdal translate FILE BARE.ply"},
+    {"ASTM-E57",
+     "an E57 file",
+     ": python3 -c \"import sys, numpy, pye57; p = pye57.E57(sys.argv[1]).read_scan(0, ignore_missing_fields=True); "
+     "numpy.savetxt(sys.argv[2], numpy.stack([p['cartesian' + a] for a in 'XYZ'], 1), '%.6f')\" FILE BARE.xyz "
+     "(pip install pye57)"},
     {"version https://git-lfs", "a Git LFS pointer, not the file itself", ": git lfs pull (package git-lfs)"},
     {"#ROSBAG", "a ROS bag", "; write its clouds as PCD files first"},
     {"solid", "an STL mesh", from_stl},

@@ -26,6 +26,15 @@ bool isOfAnArray(std::string_view word)
          word.rfind("dtype=", 0) == 0;
 }
 
+/// As CloudCompare's console begins its lines: 14:09:29.
+bool isTimeOfDay(std::string_view word)
+{
+  constexpr std::string_view shape = "00:00:00";
+  return std::equal(word.begin(), word.end(), shape.begin(), shape.end(), [](char c, char of_shape) {
+    return of_shape == ':' ? c == ':' : c >= '0' && c <= '9';
+  });
+}
+
 bool isNumber(const std::string& text) { return parseNumber<double>(text).has_value(); }
 
 std::vector<double> numbersOf(std::string_view text)
@@ -35,7 +44,7 @@ std::vector<double> numbersOf(std::string_view text)
     std::string_view line = nextLine(text);
     line = line.substr(0, line.find('#'));
     for (auto word = nextWord(line, number_separators); !word.empty(); word = nextWord(line, number_separators)) {
-      if (isOfAnArray(word))
+      if (isOfAnArray(word) || isTimeOfDay(word))
         continue;
       const auto value = parseNumber<double>(word);
       if (!value || !std::isfinite(*value)) {

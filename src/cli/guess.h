@@ -20,8 +20,8 @@ bool asksForSearch(const std::string& argument);
 bool namesFile(const std::string& argument);
 
 /// The rigid transform that a text has: a 4x4 matrix row by row, whose last row may be left out, with blanks, commas,
-/// semicolons or brackets between its numbers, or x y z qx qy qz qw. What follows a # on a line is a comment. Its
-/// rotation may have been written with few digits.
+/// semicolons or brackets between its numbers, or x y z qx qy qz qw. What follows a # on a line is a comment; a time of
+/// day is none of its numbers. Its rotation may have been written with few digits.
 /// \throws std::invalid_argument that says what else it looks like
 RigidTransform parseGuess(std::string_view text);
 

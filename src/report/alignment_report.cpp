@@ -66,10 +66,13 @@ std::string verdictText(const Judgement& judgement, bool coloured)
          text.substr(word.size());
 }
 
-const char* improvement(const AlignmentReport& report)
+/// Where surfaces lie on each other well, what has no partner may be farther away, which is no harm.
+std::string improvement(const AlignmentReport& report)
 {
   const double change = changeOfDistance(report);
-  return change == 0 ? "unchanged" : change < 0 ? "improved" : "got worse";
+  if (change > 0 && liesWell(report))
+    return "";
+  return std::string(" (") + (change == 0 ? "unchanged" : change < 0 ? "improved" : "got worse") + ")";
 }
 
 std::string pairsText(const AlignmentReport& report)
@@ -79,7 +82,8 @@ std::string pairsText(const AlignmentReport& report)
       static_cast<double>(result.inliers) / static_cast<double>(std::max<std::size_t>(1, result.source_points));
   std::string text =
       result.inliers > 0
-          ? format("RMSE       %.6g before, %.6g after (%s)\n", result.rmse_before, result.rmse, improvement(report))
+          ? format(
+                "RMSE       %.6g before, %.6g after%s\n", result.rmse_before, result.rmse, improvement(report).c_str())
           : std::string("RMSE       undefined\n");
   text += format("pairs      %zu, %.0f %% of the source's points\n", result.inliers, 100 * share);
   if (!report.fitness_score)

@@ -67,6 +67,7 @@ struct AlignmentReport {
   std::vector<TriedStart> tried;               ///< in this order, of which one was taken
   std::optional<double> fitness_score;
   bool only_good = false;          ///< a doubtful pose is no answer
+  bool once = false;               ///< no other start was to be tried
   bool takes_undetermined = false; ///< motions that are not determined are no reason for having no answer
   int iteration_limit = 0;
   std::optional<double> max_distance;     ///< between matched points

@@ -70,13 +70,17 @@ std::vector<std::string> adviceFor(const AlignmentReport& report)
   if (endingOf(report) == Ending::TooCoarse)
     return {"a smaller --leaf"};
   const Verdict verdict = judgementOf(report).verdict;
-  if (verdict == Verdict::Good || !result.quality || degeneracyOf(result) != Degeneracy::None)
+  const bool is_determined = degeneracyOf(result) == Degeneracy::None;
+  if (verdict == Verdict::Good || !result.quality || (verdict == Verdict::Doubtful && !is_determined))
     return advice;
   const auto has = [&report](bool TriedStart::*kind) {
     return std::any_of(report.tried.begin(), report.tried.end(), std::mem_fn(kind));
   };
   if (!has(&TriedStart::searched))
-    advice.push_back("--guess auto searches for where to start");
+    advice.push_back(report.once ? "without --once other starts are tried"
+                                 : "--guess auto searches for where to start");
+  if (!is_determined)
+    return advice;
   if (verdict == Verdict::Doubtful && hasRival(report))
     advice.push_back("--guess with a rough pose, where one is known, decides between them");
   if (result.reason == Reason::Iterations && result.iterations == report.iteration_limit)

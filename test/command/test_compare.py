@@ -125,5 +125,10 @@ class Compare(CommandTest):
         far = self.write("far.pcd", pcd([(x + 1000, y, z) for x, y, z in POINTS]))
         self.fail_with(NOT_CONVERGED, "compare", self.source, far, "--max-distance", "1", names="no correspondences")
 
+    def test_a_preset_whose_loss_stock_has_not_is_refused_by_its_name(self):
+        self.fail_with(USAGE, "compare", self.source, self.target, "--preset", "lidar",
+                       names=["--preset lidar", "--loss huber", "--loss none leaves its --metric plane"])
+        self.succeed("compare", self.source, self.source, "--preset", "object", "--loss", "none")
+
     def test_real_scans(self):
         self.succeed("compare", self.shared("bunny_0.pcd"), self.shared("bunny_45.pcd"), "--iterations", "30")

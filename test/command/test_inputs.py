@@ -241,7 +241,7 @@ class ForeignFiles(CommandTest):
             ("a.pcd", b"\x28\xb5\x2f\xfd" + os.urandom(99), "zstd", "zstd -d "),
             ("a.zip", b"PK\x03\x04" + os.urandom(99), "zip", "unzip "),
             ("a.laz", b"LASF" + bytes(100) + b"\x81" + bytes(271), "LAZ", "laspy decompress "),
-            ("a.e57", b"ASTM-E57" + bytes(99), "E57", "pdal translate "),
+            ("a.e57", b"ASTM-E57" + bytes(99), "E57", "pip install pye57"),
             ("a.pcd", "version https://git-lfs.github.com/spec/v1\noid sha256:00\nsize 123\n", "Git LFS", "git lfs pull"),
             ("a.pcd", "<!DOCTYPE html>\n<html><body>404</body></html>\n", "HTML", "download"),
             ("a.pcd", '{"message": "Not Found"}\n', "JSON"),

@@ -30,9 +30,12 @@ class Options(CommandTest):
         self.assertGreater(lost["rmse"], 0.01)
         guess = motion(119, (5.02, -4.02, 3.01))
         as_file = self.write("guess.txt", "\n".join(" ".join(numbers([row])) for row in guess))
+        console = self.write("console.txt", "".join(f"[14:09:{29 + i}] " + " ".join(numbers([row])) + "\n"
+                                                    for i, row in enumerate(guess)))  # CloudCompare's
         for arguments in (
             ["--guess", *numbers(guess)],
             ["--guess", as_file],
+            ["--guess", console],
             ["--guess", ",".join(numbers(guess))],
             ["--guess=" + " ".join(numbers(guess))],
         ):

@@ -65,13 +65,21 @@ class Starts(BatchTest):
                 os.remove(self.path("away.pcd"))
 
     def test_a_guess_that_is_given_is_kept_to(self):
-        _, tried, _ = self.tried("scene.pcd", "turned.pcd", "--guess", "1 0 0 0 0 1 0 0 0 0 1 0")
+        result, tried, _ = self.tried("scene.pcd", "turned.pcd", "--guess", "1 0 0 0 0 1 0 0 0 0 1 0")
         self.assertEqual(tried, ["the guess", "what they have in common"])
+        self.assertEqual(result["advice"][0], "--guess auto searches for where to start")
+
+    def test_a_guess_about_another_origin(self):
+        """As CloudCompare's console has it, where it shifted the clouds: nothing is determined, and a search is advised."""
+        result, _, _ = self.tried(
+            "scene.pcd", "turned.pcd", "--guess", "1 0 0 9000 0 1 0 9000 0 0 1 9000", "--metric", "plane")
+        self.assertEqual(result["verdict"], "wrong")
+        self.assertIn("--guess auto searches for where to start", result["advice"])
 
     def test_once_is_once(self):
         result, tried, _ = self.tried("scene.pcd", "turned.pcd", "--once")
         self.assertEqual((result["verdict"], tried), ("wrong", ["the guess"]))
-        self.assertEqual(result["advice"][0], "--guess auto searches for where to start")
+        self.assertEqual(result["advice"][0], "without --once other starts are tried")
 
     def test_what_overlaps_in_part_is_found(self):
         common = [point for point in sampled_surface(300, seed=3) if -0.8 < point[0] < 0.2]

@@ -84,7 +84,7 @@ class Verdicts(BatchTest):
         spot = self.write("spot.pcd", pcd([(1.0, 2.0, 3.0)] * 50))
         self.assertEqual(advice(spot, spot), [])
         self.assertEqual(advice(*self.pair("good"), "--leaf", "50"), ["a smaller --leaf"])
-        search = "--guess auto searches for where to start"
+        search = "without --once other starts are tried"
         self.assertEqual(advice(box, target), [search])
         self.assertNotIn(search, advice(box, target, "--guess", "auto"))
         limited = advice(box, target, "--iterations", "2", "--max-distance", "100")
@@ -94,7 +94,7 @@ class Verdicts(BatchTest):
         self.assertIn("--overlap auto takes clouds that overlap in part", advice(target, half))
         self.assertNotIn("--overlap auto takes clouds that overlap in part", advice(target, half, "--overlap", "auto"))
         text = self.run_command("align", box, target, "--once").stdout
-        self.assertRegex(text, r"\Averdict    wrong: [^\n]+\ntry        --guess auto searches [^\n]+\nresult     no answer")
+        self.assertRegex(text, r"\Averdict    wrong: [^\n]+\ntry        without --once [^\n]+\nresult     no answer")
 
     def test_without_pairs_there_is_no_quality(self):
         source, target = self.pair("good")
