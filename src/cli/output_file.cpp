@@ -177,13 +177,18 @@ void OutputFile::takeBack()
 {
   if (is_new_)
     renamed(location_, temporary_);
-  else if (access(temporary_.c_str(), F_OK) == 0)
-    exchanged(temporary_, location_);
+  else if (access(temporary_.c_str(), F_OK) == 0 && !exchanged(temporary_, location_))
+    forget(); // what it has is what was there before
 }
 
 void OutputFile::release()
 {
   unlink(temporary_.c_str());
+  forget();
+}
+
+void OutputFile::forget()
+{
   temporaries().names.erase(temporary_);
   temporary_.clear();
 }

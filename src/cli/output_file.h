@@ -39,6 +39,7 @@ private:
   bool place();
   void takeBack();
   void release();
+  void forget();
 
   std::string option_;
   std::string path_;

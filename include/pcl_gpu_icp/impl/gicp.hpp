@@ -53,7 +53,8 @@ template <typename PointSource, typename PointTarget, typename Scalar>
 float GeneralizedIterativeClosestPoint<PointSource, PointTarget, Scalar>::squaredLimit() const
 {
   const float at_most = Base::squaredLimit();
-  return at_most == this->corr_dist_threshold_ * this->corr_dist_threshold_ ? std::nextafter(at_most, 0.0F) : at_most;
+  const bool is_held = std::isfinite(at_most) && at_most == this->corr_dist_threshold_ * this->corr_dist_threshold_;
+  return is_held ? std::nextafter(at_most, 0.0F) : at_most;
 }
 
 template <typename PointSource, typename PointTarget, typename Scalar>
