@@ -70,7 +70,7 @@ std::string verdictText(const Judgement& judgement, bool coloured)
 std::string improvement(const AlignmentReport& report)
 {
   const double change = changeOfDistance(report);
-  if (change > 0 && liesWell(report))
+  if (change > 0 && judgementOf(report).verdict == Verdict::Good)
     return "";
   return std::string(" (") + (change == 0 ? "unchanged" : change < 0 ? "improved" : "got worse") + ")";
 }
