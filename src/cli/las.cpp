@@ -99,16 +99,18 @@ Cloud readLas(const std::string& path, std::string_view content)
   addField(cloud, path, "classification", pcl::PCLPointField::UINT8);
   cloud.setSize(header.points, 1, path);
   cloud.data.data.resize(cloud.size() * cloud.data.point_step);
+  const auto& fields = cloud.data.fields;
+  constexpr std::size_t intensity = 12; // in a record
   const std::size_t classification = header.format < first_wide_format ? 15 : 16;
   std::uint8_t* to = cloud.data.data.data();
   for (std::size_t point = 0; point < header.points; ++point, to += cloud.data.point_step) {
     const std::string_view record = content.substr(header.data + point * header.record, header.record);
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const double value = valueAt<std::int32_t>(record, 4 * axis) * header.scale[axis] + header.offset[axis];
-      std::memcpy(to + axis * sizeof value, &value, sizeof value);
+      std::memcpy(to + fields[axis].offset, &value, sizeof value);
     }
-    std::memcpy(to + 24, record.data() + 12, 2);
-    to[26] = static_cast<std::uint8_t>(record[classification]);
+    std::memcpy(to + fields[3].offset, record.data() + intensity, sizeof(std::uint16_t));
+    to[fields[4].offset] = static_cast<std::uint8_t>(record[classification]);
   }
   return cloud;
 }

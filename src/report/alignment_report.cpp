@@ -66,7 +66,7 @@ std::string verdictText(const Judgement& judgement, bool coloured)
          text.substr(word.size());
 }
 
-/// Where surfaces lie on each other well, what has no partner may be farther away, which is no harm.
+/// What has no partner may end farther away at a good pose.
 std::string improvement(const AlignmentReport& report)
 {
   const double change = changeOfDistance(report);

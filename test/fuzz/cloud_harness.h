@@ -7,6 +7,8 @@
 #include "cli/pcd.h"
 #include "cli/ply.h"
 
+#include <optional>
+
 namespace pcl_gpu_icp::fuzz {
 
 /// What every reader of clouds must give.
@@ -18,6 +20,19 @@ inline void requireSound(const cli::Cloud& cloud)
   for (const auto& field : data.fields)
     require(std::size_t(field.offset) + cli::fieldSize(field.datatype) * field.count <= data.point_step,
             "every field lies within the point");
+}
+
+/// What a reader makes of an input; nothing where it refuses it.
+inline std::optional<cli::Cloud> read(const std::string& path,
+                                      cli::Cloud (*reader)(const std::string&, std::string_view),
+                                      const std::uint8_t* data,
+                                      std::size_t size)
+{
+  cli::Cloud cloud;
+  if (!reads(path, [&] { cloud = reader(path, textOf(data, size)); }))
+    return std::nullopt;
+  requireSound(cloud);
+  return cloud;
 }
 
 inline void requireSameFields(const cli::Cloud& a, const cli::Cloud& b)

@@ -5,10 +5,9 @@ using namespace pcl_gpu_icp;
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
 {
   const std::string path = "fuzz.pcd";
-  cli::Cloud cloud;
-  if (!fuzz::reads(path, [&] { cloud = cli::readPcd(path, fuzz::textOf(data, size)); }))
+  const auto cloud = fuzz::read(path, cli::readPcd, data, size);
+  if (!cloud)
     return 0;
-  fuzz::requireSound(cloud);
-  fuzz::reads(path, [&] { cli::coordinates(cloud, path); });
+  fuzz::reads(path, [&] { cli::coordinates(*cloud, path); });
   return 0;
 }

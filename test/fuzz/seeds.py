@@ -107,7 +107,6 @@ TEXT = {
 }
 
 
-
 def las(minor, point_format, record, points=2, promised=None):
     """A header as ASPRS has it, and points that are all zero."""
     size = 227 if minor < 4 else 375
@@ -240,8 +239,8 @@ CLOUDS = {
     "data_like_a_header": b"\1flo\3\7\0\6\2\xff\xfe\xfd\xfcCOUNT" + bytes(range(255, -1, -1)) * 2,
 }
 
-SEEDS = {"pcd": PCD, "ply": PLY, "text": TEXT, "las": LAS, "vtk": VTK, "cloud": CLOUDS, "against_pcl": CLOUDS, "guess": GUESSES,
-         "manifest_csv": CSV, "manifest_jsonl": JSON, "results": RESULTS}
+SEEDS = {"pcd": PCD, "ply": PLY, "text": TEXT, "las": LAS, "vtk": VTK, "cloud": CLOUDS, "against_pcl": CLOUDS,
+         "guess": GUESSES, "manifest_csv": CSV, "manifest_jsonl": JSON, "results": RESULTS}
 
 
 def main(directory):

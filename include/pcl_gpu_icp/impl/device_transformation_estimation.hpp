@@ -43,9 +43,7 @@ DeviceTransformationEstimation<PointSource, PointTarget, Scalar, Estimator>::Dev
 : pcl::registration::TransformationEstimation<PointSource, PointTarget, Scalar>(other)
 , name_(other.name_)
 {
-  const std::lock_guard<std::mutex> lock(other.mutex_);
-  device_ = other.device_;
-  last_estimate_ = other.last_estimate_;
+  *this = other;
 }
 
 template <typename PointSource, typename PointTarget, typename Scalar, typename Estimator>

@@ -20,10 +20,7 @@ TransformationEstimationPointToPlaneLLS<PointSource, PointTarget, Scalar>::Trans
     const TransformationEstimationPointToPlaneLLS& other)
 : DeviceTransformationEstimation<PointSource, PointTarget, Scalar, PlaneEstimator>(other)
 {
-  const std::lock_guard<std::mutex> lock(other.normals_mutex_);
-  neighbours_ = other.neighbours_;
-  normals_ = other.normals_;
-  normals_of_ = other.normals_of_;
+  *this = other;
 }
 
 template <typename PointSource, typename PointTarget, typename Scalar>
